@@ -9,20 +9,8 @@ use partprobe_carrier::{NearestPoints, Partition, Point, dot};
 /// How regions grow.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RegionGrowing {
-    /// Each point may be joined with this many of its nearest points.
-    pub n_neighbors: usize,
     /// Neighbors are joined if their normals differ by at most this angle, in degrees.
     pub max_angle_deg: f64,
-}
-
-impl Default for RegionGrowing {
-    /// Ten neighbors and 20°.
-    fn default() -> Self {
-        Self {
-            n_neighbors: 10,
-            max_angle_deg: 20.0,
-        }
-    }
 }
 
 /// The regions of a cloud, before small ones are given away.
@@ -36,35 +24,22 @@ pub struct Regions {
 }
 
 impl RegionGrowing {
-    /// The regions of a cloud.
+    /// The regions of a cloud. `neighbors` are the points that each point may be joined with, for example by
+    /// [`nearest_points`](partprobe_carrier::nearest_points).
     ///
     /// # Shapes
-    /// - points and normals: `[point]`; coordinates must be finite
+    /// - neighbors and normals: `[point]`
     #[must_use]
-    pub fn regions(&self, points: &[Point], normals: &[Point]) -> Regions {
+    pub fn regions(&self, neighbors: &[Vec<u32>], normals: &[Point]) -> Regions {
         let least_cosine = self.max_angle_deg.to_radians().cos();
-        let tree = NearestPoints::new(points);
-        let joined = (0u32..).zip(points).flat_map(|(own, _)| {
-            let neighbors = tree.nearest_of(own, self.n_neighbors).into_iter();
-            let agrees =
-                |other: u32| dot(normals[own as usize], normals[other as usize]) >= least_cosine;
-            neighbors
-                .filter(move |&other| agrees(other))
-                .map(move |other| [own, other])
-                .collect::<Vec<[u32; 2]>>()
+        let agree = |own: u32, other: u32| {
+            dot(normals[own as usize], normals[other as usize]) >= least_cosine
+        };
+        let joined = (0u32..).zip(neighbors).flat_map(|(own, others)| {
+            let others = others.iter().filter(move |&&other| agree(own, other));
+            others.map(move |&other| [own, other])
         });
-        let pieces = Partition::from_joined_pairs(points.len(), joined);
-        Regions::from_largest(&pieces)
-    }
-
-    /// The `k` largest regions. Every other point has the region of the nearest point of one of them.
-    ///
-    /// # Shapes
-    /// - points and normals: `[point]`; coordinates must be finite
-    /// - output: `[point]`, values from 0 to below `k`
-    #[must_use]
-    pub fn largest(&self, points: &[Point], normals: &[Point], k: usize) -> Vec<u32> {
-        self.regions(points, normals).largest(points, k)
+        Regions::from_largest(&Partition::from_joined_pairs(neighbors.len(), joined))
     }
 }
 
@@ -119,6 +94,14 @@ impl Regions {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use partprobe_carrier::nearest_points;
+
+    fn regions(points: &[Point], normals: &[Point]) -> Regions {
+        let growing = RegionGrowing {
+            max_angle_deg: 20.0,
+        };
+        growing.regions(&nearest_points(points, 10), normals)
+    }
 
     /// Two planes that meet at a right angle, on a lattice of `side`² points each, and one point between them whose normal
     /// agrees with neither.
@@ -138,19 +121,18 @@ mod tests {
     #[test]
     fn planes_are_regions_and_a_single_point_joins_the_nearest() {
         let (points, normals) = corner(12);
-        let growing = RegionGrowing::default();
-        let regions = growing.regions(&points, &normals);
+        let regions = regions(&points, &normals);
         assert_eq!([20, 1].map(|least| regions.n_with_at_least(least)), [2, 3]);
 
-        let clusters = growing.largest(&points, &normals, 2);
+        let clusters = regions.largest(&points, 2);
         let expected = |point: usize| u32::from(normals[point] == [1.0, 0.0, 0.0]);
         for (point, &cluster) in clusters.iter().enumerate().take(points.len() - 1) {
             assert_eq!(cluster, expected(point));
         }
         assert_eq!(clusters[points.len() - 1], 1, "it lies on the second plane");
         assert!(
-            growing
-                .largest(&points, &normals, 1)
+            regions
+                .largest(&points, 1)
                 .iter()
                 .all(|&cluster| cluster == 0)
         );
@@ -158,8 +140,10 @@ mod tests {
 
     #[test]
     fn a_cloud_without_points_has_no_regions() {
-        let growing = RegionGrowing::default();
-        assert_eq!(growing.largest(&[], &[], 3), Vec::<u32>::new());
-        assert_eq!(growing.largest(&[[0.0; 3]], &[[0.0; 3]], 3), [0]);
+        assert_eq!(regions(&[], &[]).largest(&[], 3), Vec::<u32>::new());
+        assert_eq!(
+            regions(&[[0.0; 3]], &[[0.0; 3]]).largest(&[[0.0; 3]], 3),
+            [0]
+        );
     }
 }

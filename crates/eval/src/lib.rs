@@ -63,7 +63,7 @@ pub use metrics::{
 pub use oracle_k::{OracleError, OracleScores, TokenizedShape, score_oracle_k};
 pub use report::RunReport;
 pub use score_row::ScoreRow;
-pub use scores::{ShapeScores, score_clusters};
+pub use scores::{ShapeScores, clusters_of_labels, score_clusters};
 pub use split::{
     DistinctShapes, Duplicate, Split, SplitCandidate, SplitError, SplitFractions, seeded_rank,
     split,

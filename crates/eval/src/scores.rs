@@ -24,6 +24,13 @@ pub fn score_clusters(predicted: &[u32], reference: &[i32]) -> Result<ShapeScore
     Ok(shape_scores(&confusion, &matching.cluster_of_part))
 }
 
+/// Labels as clusters: all points with a negative label share one cluster, which no other label has.
+#[must_use]
+pub fn clusters_of_labels(labels: &[i32]) -> Vec<u32> {
+    let cluster = |&label: &i32| u32::try_from(label).unwrap_or(u32::MAX);
+    labels.iter().map(cluster).collect()
+}
+
 /// The scores under a given assignment of clusters to parts.
 pub(crate) fn shape_scores(
     confusion: &Confusion,
@@ -57,6 +64,14 @@ mod tests {
         assert!(
             (scores.miou - miou).abs() < 1e-12 && (scores.accuracy - accuracy).abs() < 1e-12,
             "{scores:?}"
+        );
+    }
+
+    #[test]
+    fn labels_of_any_size_are_clusters() {
+        assert_eq!(
+            clusters_of_labels(&[i32::MAX, -1, 0, i32::MIN]),
+            [i32::MAX as u32, u32::MAX, 0, u32::MAX]
         );
     }
 

@@ -4,8 +4,9 @@
 //! facets of a mesh is only near: where the sides of facets are no lines through the tip, their planes miss it, and the
 //! tip of a slender cone is far away. The method is Gauss and Newton's, with the distances across the axis as residuals.
 
+use crate::basis::across;
 use crate::primitive_fit::Primitive;
-use partprobe_carrier::{Point, cross, dot, norm, subtract};
+use partprobe_carrier::{Point, dot, norm, subtract};
 
 /// Each step divides the error of a near start by more than ten.
 const STEPS: usize = 4;
@@ -114,23 +115,6 @@ impl Fit {
 
 fn along(from: Point, direction: Point, distance: f64) -> Point {
     [0, 1, 2].map(|axis| from[axis] + distance * direction[axis])
-}
-
-/// Two unit vectors at right angles to a unit vector and to each other.
-fn across(axis: Point) -> [Point; 2] {
-    let least = (1..3).fold(0, |best: usize, other| {
-        if axis[other].abs() < axis[best].abs() {
-            other
-        } else {
-            best
-        }
-    });
-    let mut other = [0.0; 3];
-    other[least] = 1.0;
-    let u = cross(axis, other);
-    let length = norm(u);
-    let u = u.map(|x| x / length);
-    [u, cross(axis, u)]
 }
 
 /// The solution of a linear system by elimination, with the largest pivot of each column.

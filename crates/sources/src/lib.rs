@@ -32,6 +32,7 @@
 //! It opens no file, prints nothing and does not train. A source whose labels come from files asks [`SourceFiles`] for
 //! their bytes.
 
+mod basis;
 mod cone_fit;
 mod degraded;
 mod dihedral_grow;

@@ -12,6 +12,7 @@
 //! of its own and takes that of the triangles next to it; a component without any thickness counts as one of the diagonal of
 //! the bounding box.
 
+use crate::basis::across;
 use crate::factory::SourceFactory;
 use crate::line_kmeans::line_kmeans;
 use crate::pieces::{PieceLabels, Pieces};
@@ -20,7 +21,7 @@ use crate::region_merging::{Region, absorb_smaller_than};
 use crate::source::SourceLabels;
 use crate::surface::Surface;
 use crate::triangle_normal::{normal_and_area, size_or_one};
-use partprobe_carrier::{Mesh, Partition, Point, ShapeKind, cross, dot, norm};
+use partprobe_carrier::{Mesh, Partition, Point, ShapeKind, dot};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -217,17 +218,6 @@ fn spiral() -> Vec<(Point, f64)> {
         (direction, 1.0 / length)
     };
     (0..N_RAYS).map(ray).collect()
-}
-
-/// Two unit directions at right angles to a unit vector and to each other.
-fn across(inward: Point) -> [Point; 2] {
-    let mut helper = [0.0; 3];
-    let flattest = if inward[0].abs() < 0.6 { 0 } else { 1 };
-    helper[flattest] = 1.0;
-    let u = cross(inward, helper);
-    let length = norm(u);
-    let u = u.map(|x| x / length);
-    [u, cross(inward, u)]
 }
 
 /// The weighted mean of the lengths that are within one standard deviation of the median.

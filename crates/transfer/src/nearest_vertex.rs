@@ -9,7 +9,6 @@ use crate::query::{Limits, Query, Start, normals_agree};
 use crate::surface::LabeledSurface;
 use partprobe_carrier::{IGNORE, Point, dot, subtract, unit_normal};
 use rayon::prelude::*;
-use std::cell::Cell;
 use std::collections::HashMap;
 use std::ops::Range;
 
@@ -88,19 +87,14 @@ impl NearestVertex {
     ) -> Option<i32> {
         let min_cosine = limits.min_cosine();
         let agrees = |normal: Point| normals_agree(query, normal, min_cosine);
-        let max_squared = limits.max_distance * limits.max_distance;
-        // Normals are looked at only where the distance could win.
-        let least = Cell::new(max_squared);
         let squared_distance = |slot: usize, _| {
-            let apart = subtract(query.position, self.positions[slot]);
-            let squared = dot(apart, apart);
-            let is_near = squared <= least.get();
-            let counts = is_near && (min_cosine.is_none() || self.incident.any(slot, agrees));
-            if counts {
-                least.set(squared);
-            }
-            counts.then_some(squared)
+            let counts = min_cosine.is_none() || self.incident.any(slot, agrees);
+            counts.then(|| {
+                let apart = subtract(query.position, self.positions[slot]);
+                dot(apart, apart)
+            })
         };
+        let max_squared = limits.max_distance * limits.max_distance;
         let found = self
             .tree
             .nearest(query.position, max_squared, start.0, squared_distance)?;

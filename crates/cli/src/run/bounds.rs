@@ -9,10 +9,11 @@ use super::shapes::Shape;
 use crate::config::{ClustererName, Config};
 use crate::progress::Progress;
 use anyhow::{Context, Result};
-use partprobe_carrier::{Embeddings, Point};
+use partprobe_carrier::{Embeddings, Point, nearest_points};
 use partprobe_cluster::{RegionGrowing, Regions};
 use partprobe_eval::{
-    ScoreRow, ScoredShape, TokenizedShape, labels_row, score_clusters, score_oracle_k,
+    ScoreRow, ScoredShape, TokenizedShape, clusters_of_labels, labels_row, score_clusters,
+    score_oracle_k,
 };
 use partprobe_formats::Array;
 use partprobe_net::Tokens;
@@ -25,6 +26,9 @@ const GROWING: [(&str, f64); 3] = [
     ("growing-20", 20.0),
     ("growing-30", 30.0),
 ];
+
+/// Each point may be joined with so many of its nearest points.
+const N_NEIGHBORS: usize = 10;
 
 /// Each token has the label that most of its points have.
 const TOKEN_CEILING: &str = "token-ceiling";
@@ -75,15 +79,17 @@ fn bounds_of_shape(folder: &RunFolder, config: &Config, shape: &Shape) -> Result
     let mut files: BTreeMap<String, Vec<(String, Array)>> = BTreeMap::new();
     for reference in config.references() {
         let labels = shape.labels_by(&reference)?;
+        let without_clusterer = bounded.predictions(&reference, config)?;
         for (idx, (column, clusterer)) in columns.iter().enumerate() {
-            for (name, predicted) in bounded.predictions(&reference, *clusterer, config)? {
-                let scored = bounded.scored(&predicted, labels)?;
-                rows.push(score_row((&name, seed), shape, &reference, column, &scored));
-                let member = member_name(&reference, idx, column);
-                files
-                    .entry(name)
-                    .or_default()
-                    .push((member, clusters_array(predicted)));
+            let perfect = bounded.perfect(labels, *clusterer, config)?;
+            for (name, predicted) in without_clusterer.iter().chain([&perfect]) {
+                let scored = bounded.scored(predicted, labels)?;
+                rows.push(score_row((name, seed), shape, &reference, column, &scored));
+                let member = (
+                    member_name(&reference, idx, column),
+                    clusters_array(predicted),
+                );
+                files.entry(name.clone()).or_default().push(member);
             }
         }
     }
@@ -122,12 +128,10 @@ impl<'a> BoundedShape<'a> {
             widened(&shape.sample.points),
             widened(&shape.sample.normals),
         );
+        let neighbors = nearest_points(&points, N_NEIGHBORS);
         let grown = |(name, max_angle_deg)| {
-            let growing = RegionGrowing {
-                max_angle_deg,
-                ..RegionGrowing::default()
-            };
-            (name, growing.regions(&points, &normals))
+            let growing = RegionGrowing { max_angle_deg };
+            (name, growing.regions(&neighbors, &normals))
         };
         Ok(Self {
             shape,
@@ -138,13 +142,8 @@ impl<'a> BoundedShape<'a> {
         })
     }
 
-    /// The name of each row against one reference, and the cluster of each point.
-    fn predictions(
-        &self,
-        reference: &str,
-        clusterer: ClustererName,
-        config: &Config,
-    ) -> Result<Vec<(String, Vec<u32>)>> {
+    /// The name of each row against one reference that needs no clusterer, and the cluster of each point.
+    fn predictions(&self, reference: &str, config: &Config) -> Result<Vec<(String, Vec<u32>)>> {
         let labels = self.shape.labels_by(reference)?;
         let k = score_clusters(&vec![0; labels.len()], labels)?.k;
         let grown = self.regions.iter();
@@ -154,17 +153,14 @@ impl<'a> BoundedShape<'a> {
 
         let others = config.compare.supervision.iter();
         for source in others.filter(|&source| source != reference) {
-            let clusters = as_clusters(self.shape.labels_by(source)?);
+            let clusters = clusters_of_labels(self.shape.labels_by(source)?);
             predictions.push((labels_row(source), clusters));
         }
 
         let of_tokens = self.tokens.majority_labels(labels);
         let of_points = self.tokens.token_of_point.iter();
         let ceiling: Vec<i32> = of_points.map(|&token| of_tokens[token as usize]).collect();
-        predictions.push((TOKEN_CEILING.to_owned(), as_clusters(&ceiling)));
-
-        let perfect = self.clustered(&one_hot(&of_tokens)?, labels, clusterer, config)?;
-        predictions.push((PERFECT.to_owned(), perfect));
+        predictions.push((TOKEN_CEILING.to_owned(), clusters_of_labels(&ceiling)));
         Ok(predictions)
     }
 
@@ -179,32 +175,24 @@ impl<'a> BoundedShape<'a> {
         })
     }
 
-    /// The clusters of the points by a clusterer that knows the number of parts.
-    fn clustered(
+    /// The row of a clusterer that knows the number of parts, on one unit vector per part.
+    fn perfect(
         &self,
-        embeddings: &Embeddings,
         labels: &[i32],
         clusterer: ClustererName,
         config: &Config,
-    ) -> Result<Vec<u32>> {
+    ) -> Result<(String, Vec<u32>)> {
+        let embeddings = one_hot(&self.tokens.majority_labels(labels))?;
         let tokenized = TokenizedShape {
             id: &self.shape.id,
-            embeddings,
+            embeddings: &embeddings,
             multiplicity: &self.tokens.multiplicity,
             token_of_point: &self.tokens.token_of_point,
         };
         let clusterer = clusterer.clusterer(&config.eval.clusterer_settings());
         let found = score_oracle_k(&tokenized, labels, clusterer.as_ref(), config.eval.seed)?;
-        Ok(found.predicted)
+        Ok((PERFECT.to_owned(), found.predicted))
     }
-}
-
-/// Labels as clusters; all points without a label are one more.
-fn as_clusters(labels: &[i32]) -> Vec<u32> {
-    labels
-        .iter()
-        .map(|&label| (label + 1).max(0) as u32)
-        .collect()
 }
 
 /// One unit vector per label; tokens without a label share one.
@@ -228,8 +216,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn labels_become_clusters_and_axes() {
-        assert_eq!(as_clusters(&[3, -1, 0, 3]), [4, 0, 1, 4]);
+    fn labels_become_axes() {
         let rows = one_hot(&[3, -1, 3]).unwrap();
         assert_eq!(rows.values(), [0.0, 1.0, 1.0, 0.0, 0.0, 1.0]);
         assert_eq!(rows.dim(), 2);

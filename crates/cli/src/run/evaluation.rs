@@ -204,7 +204,7 @@ fn evaluate_shape(
             let names = (model.supervision, model.seed);
             rows.push(score_row(names, shape, &reference, &column.name, &scored));
             let member = member_name(&reference, idx, &column.name);
-            members.push((member, clusters_array(found.predicted)));
+            members.push((member, clusters_array(&found.predicted)));
         }
     }
     write_npz(folder, &format!("predictions/{place}.npz"), members)?;
@@ -229,8 +229,8 @@ pub(super) fn member_name(reference: &str, idx: usize, column: &str) -> String {
 }
 
 /// The cluster of each point as signed integers, as all labels are.
-pub(super) fn clusters_array(predicted: Vec<u32>) -> Array {
-    let signed = predicted.into_iter().map(|cluster| cluster as i32);
+pub(super) fn clusters_array(predicted: &[u32]) -> Array {
+    let signed = predicted.iter().map(|&cluster| cluster as i32);
     Array::vector::<i32>(signed.collect())
 }
 

@@ -9,7 +9,7 @@ use std::collections::HashMap;
 pub(super) struct ShapeFile {
     /// The label of each point; negative ones are ignored.
     pub(super) reference: Vec<i32>,
-    /// The cluster of each point; negative ones have none.
+    /// The cluster of each point; all negative ones are one cluster.
     pub(super) predicted: Option<Vec<i32>>,
     pub(super) embedded: Option<Embedded>,
 }

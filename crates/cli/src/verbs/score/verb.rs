@@ -13,7 +13,8 @@ use partprobe_cluster::ClustererSettings;
 use partprobe_dataset::{json_document, write_atomically};
 use partprobe_eval::{
     Bootstrap, ExpectationOutcome, Expectations, ScoreRow, ScoredShape, TableSettings, Tables,
-    TokenizedShape, TrainingFigures, gtc, junit_xml, score_clusters, score_oracle_k, tables,
+    TokenizedShape, TrainingFigures, clusters_of_labels, gtc, junit_xml, score_clusters,
+    score_oracle_k, tables,
 };
 use rayon::prelude::*;
 use serde::Serialize;
@@ -233,10 +234,7 @@ impl ScoreArgs {
 
 /// Points without a predicted cluster are one more cluster: they agree with at most one part.
 fn predicted_row(id: &str, predicted: &[i32], reference: &[i32]) -> Result<ScoreRow> {
-    let clusters: Vec<u32> = predicted
-        .iter()
-        .map(|&cluster| (cluster + 1).max(0) as u32)
-        .collect();
+    let clusters = clusters_of_labels(predicted);
     let none = Embeddings::from_rows([[0.0]; 0]);
     let scored = ScoredShape {
         predicted: &clusters,
