@@ -9,7 +9,7 @@ use partprobe_carrier::{Carrier, PointSample, sha256_hex};
 use partprobe_formats::mesh_hash;
 use partprobe_imports::parameters::files;
 use partprobe_imports::{Import, ImportError, ImportType, JoinProblem, JoinedLabels, ParameterKey};
-use partprobe_net::{Backend, Model, ModelFile, ShapeKeys, TokenConfig, TrainedOn};
+use partprobe_net::{Backend, Model, ModelFile, ShapeKeys, TokenConfig};
 use partprobe_onnx::{
     Element, InputTensor, InputValues, Model as FeatureModel, OutputTensor, TensorSpec,
     labels_by_model,
@@ -70,7 +70,12 @@ fn open(
     let config = load("base", &overrides_of_preparation(&file.preparation))
         .map_err(|error| unusable(format!("{error:#}")))?
         .config;
-    let seen = file.trained_on.as_ref().map(TrainedOn::seen);
+    let trained_on = file.trained_on.ok_or_else(|| {
+        unusable(
+            "it does not say on which shapes it was trained, so a shape to label may be among them"
+                .to_owned(),
+        )
+    })?;
 
     let n_points = config.sample.n_points.to_string();
     let mut of_model = SourceContext::default()
@@ -88,7 +93,7 @@ fn open(
     let model = BackboneModel::new(file.model, config.tokens);
     Ok(Box::new(BackboneLabels {
         labels: labels_by_model(Box::new(model), model_hash, &of_model)?,
-        seen: seen.unwrap_or_default(),
+        seen: trained_on.seen(),
     }))
 }
 

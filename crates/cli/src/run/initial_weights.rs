@@ -35,21 +35,20 @@ pub(super) fn initial_weights(
     let file = ModelFile::from_bytes(&bytes, backend).with_context(context)?;
     file.ensure_network(&config.net).with_context(context)?;
 
-    let mut seen = partprobe_net::ShapeKeys::default();
-    if let Some(trained_on) = &file.trained_on {
-        ensure!(
-            config.compare.supervision.len() == 1 || trained_on.supervision == supervision,
-            "train.init: {path} was trained on `{}`, and would start a training on `{supervision}`; each source of a \
-             comparison must start from its own weights: write {{source}} in the path",
-            trained_on.supervision
-        );
-        seen = trained_on.seen();
-    }
+    let trained_on = file.trained_on.with_context(|| {
+        format!("train.init: {path} does not say on which shapes it was trained, so a test shape may be among them")
+    })?;
+    ensure!(
+        config.compare.supervision.len() == 1 || trained_on.supervision == supervision,
+        "train.init: {path} was trained on `{}`, and would start a training on `{supervision}`; each source of a \
+         comparison must start from its own weights: write {{source}} in the path",
+        trained_on.supervision
+    );
     Ok(Some(LoadedWeights {
         model: file.model,
         initial: InitialWeights {
             sha256: sha256_hex(&bytes),
-            seen,
+            seen: trained_on.seen(),
         },
     }))
 }
