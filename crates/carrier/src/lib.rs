@@ -65,6 +65,7 @@
 //! about networks.
 
 mod carrier;
+mod descriptor;
 mod eigen;
 mod embeddings;
 mod estimated_normals;
@@ -82,6 +83,7 @@ mod shape_kind;
 mod signature;
 
 pub use carrier::{Carrier, CarrierError, CarrierMeta};
+pub use descriptor::Descriptor;
 pub use embeddings::{Embeddings, EmbeddingsError};
 pub use estimated_normals::estimated_normals;
 pub use given::{GivenError, GivenShape, carrier_of_given};

@@ -65,8 +65,9 @@ pub use report::RunReport;
 pub use score_row::ScoreRow;
 pub use scores::{ShapeScores, clusters_of_labels, score_clusters};
 pub use split::{
-    DistinctShapes, Duplicate, Split, SplitCandidate, SplitError, SplitFractions, seeded_rank,
-    split,
+    DistinctShapes, Duplicate, Manifest, ManifestError, ManifestLine, NearShape, ShapeKey,
+    SideName, Split, SplitCandidate, SplitError, SplitFractions, SplitRule, seeded_rank, split,
+    split_by_manifest,
 };
 pub use tables::{
     BinMean, Difference, DifferenceRow, TableRow, TableSettings, Tables, labels_row, tables,

@@ -157,6 +157,8 @@ pub(crate) struct SplitConfig {
     pub(crate) valid: f64,
     pub(crate) test: f64,
     pub(crate) collection_separator: String,
+    pub(crate) near_difference: f64,
+    pub(crate) manifest: String,
     pub(crate) seed: u64,
 }
 

@@ -13,6 +13,10 @@ use rayon::prelude::*;
 
 /// Why a shape that equals another does not take part.
 pub(crate) const DUPLICATE: &str = "the same shape as another";
+/// Why a shape does not take part that is nearly equal to a held-out one.
+pub(crate) const NEARLY_EQUAL: &str = "nearly equal to a held-out shape";
+/// Why a shape does not take part that the manifest does not name.
+pub(crate) const NOT_IN_MANIFEST: &str = "not in split.manifest";
 /// Why a shape does not take part that comes after enough others.
 const SURPLUS: &str = "beyond select.max_shapes";
 /// So many carriers are read at once where not all of them may be wanted.

@@ -1,19 +1,21 @@
 //! Prepares the data of a run: its shapes are chosen, sampled, labeled and split, or loaded again by the split that is
 //! there.
 
-use super::choice::{Choice, DUPLICATE, choose};
+use super::choice::{Choice, DUPLICATE, NEARLY_EQUAL, NOT_IN_MANIFEST, choose};
 use super::collisions::{Collisions, SplitCollisions};
 use super::execution::Execution;
 use super::folder::RunFolder;
+use super::manifest::{MANIFEST_FILE, manifest_of, note_absent, read_manifest};
 use super::shapes::{Points, Shape, ShapeIdentity, ShapeLoader};
 use super::split_file::SplitFile;
 use super::training_job::{TrainingData, keys_of};
 use super::training_shapes::{Redraw, TrainingShapes, draw};
-use crate::config::Config;
+use crate::config::{Config, SplitConfig};
+use crate::usage::UsageError;
 use anyhow::{Context, Result, ensure};
 use partprobe_carrier::hexadecimal;
 use partprobe_dataset::Dataset;
-use partprobe_eval::{Split, SplitFractions, split};
+use partprobe_eval::{Split, SplitFractions, SplitRule, split, split_by_manifest};
 use partprobe_net::{TokenConfig, TrainShape};
 use sha2::{Digest, Sha256};
 use std::borrow::Cow;
@@ -203,15 +205,28 @@ fn split_anew(
         mut shapes,
         mut selection,
     } = choose(loader, &execution.progress)?;
-    let candidates: Vec<_> = shapes.iter().map(|shape| shape.candidate.clone()).collect();
-    let fractions = SplitFractions {
-        train: config.split.train,
-        valid: config.split.valid,
-        test: config.split.test,
+    let split = match read_manifest(&config.split)? {
+        None => split_at_random(&shapes, &config.split)?,
+        Some(manifest) => {
+            let keyed: Vec<_> = shapes
+                .iter()
+                .map(|shape| (shape.identity.key(), shape.candidate.clone()))
+                .collect();
+            let unnamed = keyed
+                .iter()
+                .filter(|(key, _)| manifest.side_of(key).is_none());
+            for (_, candidate) in unnamed {
+                selection.leave_out(NOT_IN_MANIFEST, &candidate.id);
+            }
+            note_absent(&manifest, &keyed, execution);
+            split_by_manifest(&keyed, &manifest)
+        }
     };
-    let split = split(&candidates, &fractions, config.split.seed)?;
     for duplicate in &split.duplicates {
         selection.leave_out(DUPLICATE, &duplicate.id);
+    }
+    for near in &split.near {
+        selection.leave_out(NEARLY_EQUAL, &near.id);
     }
     ensure!(
         !split.train.is_empty(),
@@ -226,7 +241,26 @@ fn split_anew(
     }
     let file = SplitFile::new(config, split, selection, &shapes);
     file.write(folder)?;
+    folder.write(
+        MANIFEST_FILE,
+        manifest_of(&file.split, &shapes).to_json_lines().as_bytes(),
+    )?;
     Ok((file, shapes))
+}
+
+/// A new split by the rule of the config.
+fn split_at_random(shapes: &[Shape], config: &SplitConfig) -> Result<Split> {
+    let candidates: Vec<_> = shapes.iter().map(|shape| shape.candidate.clone()).collect();
+    let rule = SplitRule {
+        fractions: SplitFractions {
+            train: config.train,
+            valid: config.valid,
+            test: config.test,
+        },
+        near_difference: config.near_difference,
+        seed: config.seed,
+    };
+    split(&candidates, &rule).map_err(|error| UsageError(error.to_string()).into())
 }
 
 /// The test shapes of a run's split with their points and labels; nothing else of the data set is read.

@@ -17,6 +17,7 @@ mod held_out;
 mod host;
 mod initial_weights;
 mod loading;
+mod manifest;
 mod nonfinite;
 mod observer;
 mod results;
@@ -32,6 +33,7 @@ mod training_shapes;
 mod validation;
 mod weights;
 
+pub(crate) use choice::NEARLY_EQUAL;
 pub(crate) use data_path::{remember_data, remembered_data};
 pub(crate) use data_settings::{ensure_settings_of, settings_of, with_data};
 pub(crate) use evaluation::{embedding_members, npz_bytes};

@@ -4,9 +4,9 @@ use crate::config::Config;
 use crate::label_sources::sources_named;
 use crate::points::points_of;
 use anyhow::{Result, anyhow};
-use partprobe_carrier::{Carrier, PointSample, ShapeKind, signature_of_carrier};
+use partprobe_carrier::{Carrier, Descriptor, PointSample, ShapeKind, signature_of_carrier};
 use partprobe_dataset::{CarrierRef, Dataset, IndexEntry};
-use partprobe_eval::SplitCandidate;
+use partprobe_eval::{ShapeKey, SplitCandidate};
 use partprobe_formats::mesh_hash;
 use partprobe_sources::{BoxedSource, LabelSource, SourceLabels};
 use serde::{Deserialize, Serialize};
@@ -54,6 +54,8 @@ pub(crate) struct ShapeIdentity {
     pub(crate) mesh_hash: String,
     /// SHA-256 of the STEP text that it was read from.
     pub(crate) source_sha256: String,
+    /// The `#` number of the solid that it is, if solids are the unit.
+    pub(crate) solid_step_id: Option<u64>,
     /// The hash of the labels that were imported for it, by source.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub(crate) imported: BTreeMap<String, String>,
@@ -70,6 +72,16 @@ pub(crate) struct Selection {
     pub(crate) left_out: BTreeMap<String, Vec<String>>,
     /// Shapes that take part.
     pub(crate) taking_part: usize,
+}
+
+impl ShapeIdentity {
+    /// What a manifest recognizes the shape by.
+    pub(crate) fn key(&self) -> ShapeKey {
+        ShapeKey {
+            source_sha256: self.source_sha256.clone(),
+            solid_step_id: self.solid_step_id,
+        }
+    }
 }
 
 impl Selection {
@@ -240,16 +252,22 @@ impl<'a> ShapeLoader<'a> {
             let of_points = point_labels(&name, &surface, &sample)?;
             labels.insert(name, of_points);
         }
+        let first_reference = config.references().into_iter().next().unwrap_or_default();
+        let n_reference_parts = labels
+            .get(&first_reference)
+            .map_or(0, |labels| n_labels(labels));
         let candidate = SplitCandidate {
             id: entry.id.clone(),
-            source_file: collection(&entry.source, &config.split.collection_separator).to_owned(),
-            product: entry.product.clone(),
+            collection: collection(&entry.source, &config.split.collection_separator).to_owned(),
+            n_parts: n_reference_parts,
             signature: signature_of_carrier(carrier),
+            descriptor: Descriptor::of(carrier.mesh()),
         };
         let identity = ShapeIdentity {
             content_hash: file.content_hash.clone().unwrap_or_default(),
             mesh_hash: mesh_hash(carrier.mesh()).to_string(),
             source_sha256: carrier.meta().source_sha256.clone(),
+            solid_step_id: entry.solid_step_id,
             imported,
         };
         let sample = if self.points == Points::Redrawn {
@@ -305,15 +323,16 @@ fn point_labels(
     let labels = labels
         .label_of_points(sample)
         .map_err(|error| unfit(format!("`{name}`: {error}")))?;
-    let n_seen = labels
-        .iter()
-        .filter(|&&label| label >= 0)
-        .collect::<BTreeSet<_>>()
-        .len();
-    match n_seen {
+    match n_labels(&labels) {
         0 | 1 => Err(unfit(format!("one label by `{name}`"))),
         _ => Ok(labels),
     }
+}
+
+/// How many labels there are; negative ones are none.
+fn n_labels(labels: &[i32]) -> usize {
+    let seen: BTreeSet<i32> = labels.iter().copied().filter(|&label| label >= 0).collect();
+    seen.len()
 }
 
 #[cfg(test)]

@@ -19,8 +19,9 @@ use std::collections::BTreeMap;
 
 /// The file's name in the run folder.
 const FILE: &str = "split.json";
-/// Version 1 said neither by which settings nor from which carriers a split was made.
-const FORMAT_VERSION: u32 = 2;
+/// Version 1 said neither by which settings nor from which carriers a split was made. Version 2 grouped shapes that are related, and
+/// did not remove those that are nearly equal.
+const FORMAT_VERSION: u32 = 3;
 
 /// What to do about a damaged file: it cannot be made again, since other shapes could then become test shapes.
 const DAMAGE_ADVICE: &str = "put back a copy of the file, or make a new run folder";

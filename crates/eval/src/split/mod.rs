@@ -1,22 +1,29 @@
 //! Splits shapes into those that train, those that choose a checkpoint, and those that are held out.
 //!
-//! Equal shapes count once. Related shapes (equal types and edge count, same file, same product) stay on one side, so
-//! that no held-out shape has a near-duplicate among the training shapes.
+//! Equal shapes count once. The shapes of one collection, which is a file or a repository, are on one side. Collections are held
+//! out at random, so that each bin of the number of parts K gets its fraction. Then all shapes that are nearly equal to a held-out
+//! shape are removed from the other sides. They are removed and not grouped: groups of groups of similar shapes would
+//! grow until one of them contained nearly all shapes.
 
+mod collections;
 mod duplicates;
-mod groups;
+mod manifest;
+mod near;
 mod sides;
 #[cfg(test)]
 mod tests;
 
 pub use duplicates::{DistinctShapes, Duplicate};
+pub use manifest::{Manifest, ManifestError, ManifestLine, ShapeKey, SideName};
+pub use near::NearShape;
 
+use collections::collections;
 use duplicates::without_duplicates;
-use groups::related_groups;
-use partprobe_carrier::{Signature, keyed_rng};
+use near::{nearest, remove_near};
+use partprobe_carrier::{Descriptor, Signature, keyed_rng};
 use rand::Rng as _;
 use serde::{Deserialize, Serialize};
-use sides::{Side, place_groups};
+use sides::{TEST, TRAIN, VALID, place_collections};
 use std::collections::BTreeMap;
 
 /// A shape that a split puts on one side.
@@ -24,12 +31,25 @@ use std::collections::BTreeMap;
 pub struct SplitCandidate {
     /// The id of the shape; no two candidates have the same id.
     pub id: String,
-    /// The file that the shape came from.
-    pub source_file: String,
-    /// The product that the shape belongs to, if the file names one.
-    pub product: Option<String>,
+    /// The file or the repository that the shape came from.
+    pub collection: String,
+    /// The number K of its parts, by the first reference.
+    pub n_parts: usize,
     /// The signature of the shape, by which equal shapes are found.
     pub signature: Signature,
+    /// How its surface fills space, by which nearly equal shapes are found; `None` if it has no extent.
+    pub descriptor: Option<Descriptor>,
+}
+
+/// How shapes are split.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SplitRule {
+    /// The fractions of the shapes that each side should get.
+    pub fractions: SplitFractions,
+    /// A shape is removed from training if it differs from a held-out shape by at most this; 0 removes none.
+    pub near_difference: f64,
+    /// Decides which collections are held out.
+    pub seed: u64,
 }
 
 /// The fractions of the shapes that each side should get. Only their ratios count.
@@ -43,8 +63,25 @@ pub struct SplitFractions {
     pub test: f64,
 }
 
+impl SplitFractions {
+    /// The fractions of train, valid and test, divided by their sum.
+    ///
+    /// # Errors
+    /// If one is negative or not a number, or none is positive.
+    pub fn normalized(&self) -> Result<[f64; 3], SplitError> {
+        let Self { train, valid, test } = *self;
+        let fractions = [train, valid, test];
+        let total: f64 = fractions.iter().sum();
+        let is_negative = fractions.iter().any(|&fraction| fraction < 0.0);
+        if is_negative || !(total > 0.0 && total.is_finite()) {
+            return Err(SplitError::Fractions { train, valid, test });
+        }
+        Ok(fractions.map(|fraction| fraction / total))
+    }
+}
+
 /// The three sides, each sorted by id.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Split {
     /// Shapes that backbones are trained on.
     pub train: Vec<String>,
@@ -54,7 +91,11 @@ pub struct Split {
     pub test: Vec<String>,
     /// Shapes that are on no side, because an equal one is.
     pub duplicates: Vec<Duplicate>,
-    /// The group of related shapes that each shape on a side belongs to, named by the group's first id.
+    /// Shapes that are on no side, because they are nearly equal to a test shape, or to a validation shape.
+    pub near: Vec<NearShape>,
+    /// For each test shape, the training shape that is most like it.
+    pub nearest_training: Vec<NearShape>,
+    /// The collection of each shape on a side, named by the first id of it.
     pub groups: BTreeMap<String, String>,
 }
 
@@ -64,77 +105,124 @@ impl Split {
     pub fn group_of(&self, id: &str) -> Option<&str> {
         self.groups.get(id).map(String::as_str)
     }
-
-    fn side_mut(&mut self, side: Side) -> &mut Vec<String> {
-        match side {
-            0 => &mut self.train,
-            1 => &mut self.valid,
-            _ => &mut self.test,
-        }
-    }
 }
 
-/// The fractions are negative, not finite, or all 0.
+/// The rule cannot split anything.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-#[error(
-    "{train}, {valid} and {test} are not the fractions of a split; they must not be negative, and one must be positive"
-)]
-pub struct SplitError {
-    /// Fraction of the training shapes.
-    pub train: f64,
-    /// Fraction of the shapes that choose a checkpoint.
-    pub valid: f64,
-    /// Fraction of the held-out shapes.
-    pub test: f64,
+pub enum SplitError {
+    /// The fractions are negative, not finite, or all 0.
+    #[error(
+        "{train}, {valid} and {test} are not the fractions of a split; they must not be negative, and one must be positive"
+    )]
+    Fractions {
+        /// Fraction of the training shapes.
+        train: f64,
+        /// Fraction of the shapes that choose a checkpoint.
+        valid: f64,
+        /// Fraction of the held-out shapes.
+        test: f64,
+    },
+    /// The difference up to which shapes are nearly equal is negative or not finite.
+    #[error("split.near_difference is {0}; it must be 0 or positive")]
+    NearDifference(f64),
 }
 
 /// Splits the shapes; the order in which they are given does not matter.
 ///
-/// `seed` decides the order of the groups, except that groups larger than half the smallest side come first. Each group
-/// goes to the side that lacks most shapes. A side with a positive fraction does not stay empty if there are enough
-/// groups.
+/// A held-out side takes small collections first, in random order, and larger ones by their size if they bring the K bins nearer to
+/// their fractions. So it gets many collections, on which intervals depend. A side
+/// with a positive fraction does not stay empty if there are enough collections, unless all of its shapes are nearly equal to
+/// a held-out one.
 ///
 /// # Errors
-/// If a fraction is negative or not a number, or none is positive.
-pub fn split(
-    shapes: &[SplitCandidate],
-    fractions: &SplitFractions,
-    seed: u64,
-) -> Result<Split, SplitError> {
-    let fractions = normalized(fractions)?;
+/// If a fraction or the difference is negative or not a number, or no fraction is positive.
+pub fn split(shapes: &[SplitCandidate], rule: &SplitRule) -> Result<Split, SplitError> {
+    let fractions = rule.fractions.normalized()?;
+    if !(rule.near_difference >= 0.0 && rule.near_difference.is_finite()) {
+        return Err(SplitError::NearDifference(rule.near_difference));
+    }
     let mut sorted: Vec<&SplitCandidate> = shapes.iter().collect();
     sorted.sort_by(|a, b| a.id.cmp(&b.id));
-
     let (kept, duplicates) = without_duplicates(&sorted);
-    let groups = related_groups(&kept);
-    let targets = fractions.map(|fraction| fraction * kept.len() as f64);
 
-    let mut found = Split {
-        duplicates,
-        ..Split::default()
-    };
-    for (side, group) in place_groups(groups, targets, seed) {
-        for shape in &group {
-            found.side_mut(side).push(shape.id.clone());
-            found.groups.insert(shape.id.clone(), group[0].id.clone());
-        }
+    let mut sides: [Vec<&SplitCandidate>; 3] = Default::default();
+    for (side, collection) in place_collections(collections(&kept), fractions, rule.seed) {
+        sides[side].extend(collection.shapes);
     }
-    for side in 0..3 {
-        found.side_mut(side).sort();
+    for side in &mut sides {
+        side.sort_by(|a, b| a.id.cmp(&b.id));
     }
-    Ok(found)
+    let near = decontaminate(&mut sides, rule.near_difference);
+    Ok(named(&sides, duplicates, near))
 }
 
-/// The fractions of train, valid and test, divided by their sum.
-fn normalized(fractions: &SplitFractions) -> Result<[f64; 3], SplitError> {
-    let SplitFractions { train, valid, test } = *fractions;
-    let fractions = [train, valid, test];
-    let total: f64 = fractions.iter().sum();
-    let is_negative = fractions.iter().any(|&fraction| fraction < 0.0);
-    if is_negative || !(total > 0.0 && total.is_finite()) {
-        return Err(SplitError { train, valid, test });
+/// The split that a manifest says. Shapes that it does not name are on no side.
+#[must_use]
+pub fn split_by_manifest(shapes: &[(ShapeKey, SplitCandidate)], manifest: &Manifest) -> Split {
+    let mut sorted: Vec<(&ShapeKey, &SplitCandidate)> =
+        shapes.iter().map(|(key, shape)| (key, shape)).collect();
+    sorted.sort_by(|a, b| a.1.id.cmp(&b.1.id));
+    let named_shapes: Vec<_> = sorted
+        .into_iter()
+        .filter_map(|(key, shape)| Some((manifest.side_of(key)?, shape)))
+        .collect();
+    let candidates: Vec<&SplitCandidate> = named_shapes.iter().map(|&(_, shape)| shape).collect();
+    let (kept, duplicates) = without_duplicates(&candidates);
+
+    let mut sides: [Vec<&SplitCandidate>; 3] = Default::default();
+    for (side, shape) in named_shapes {
+        if kept.iter().any(|other| other.id == shape.id) {
+            sides[side.index()].push(shape);
+        }
     }
-    Ok(fractions.map(|fraction| fraction / total))
+    named(&sides, duplicates, Vec::new())
+}
+
+/// Removes validation shapes that are nearly equal to a test shape, then training shapes that are nearly equal to either.
+fn decontaminate(sides: &mut [Vec<&SplitCandidate>; 3], limit: f64) -> Vec<NearShape> {
+    if limit == 0.0 {
+        return Vec::new();
+    }
+    let [train, valid, test] = sides;
+    let mut near = remove_near(valid, test, limit);
+    let held_out: Vec<&SplitCandidate> = test.iter().chain(valid.iter()).copied().collect();
+    near.extend(remove_near(train, &held_out, limit));
+    near.sort_by(|a, b| a.id.cmp(&b.id));
+    near
+}
+
+/// The split by ids.
+fn named(
+    sides: &[Vec<&SplitCandidate>; 3],
+    duplicates: Vec<Duplicate>,
+    near: Vec<NearShape>,
+) -> Split {
+    let ids = |side: usize| sides[side].iter().map(|shape| shape.id.clone()).collect();
+    let on_a_side: Vec<&SplitCandidate> = sides.iter().flatten().copied().collect();
+    let mut groups = BTreeMap::new();
+    for collection in collections(&on_a_side) {
+        let first = collection.shapes.iter().map(|shape| &shape.id).min();
+        for shape in &collection.shapes {
+            groups.insert(shape.id.clone(), first.unwrap_or(&shape.id).clone());
+        }
+    }
+    let nearest_training = sides[TEST].iter().filter_map(|shape| {
+        let (difference, of) = nearest(shape, &sides[TRAIN])?;
+        Some(NearShape {
+            id: shape.id.clone(),
+            of: of.id.clone(),
+            difference,
+        })
+    });
+    Split {
+        train: ids(TRAIN),
+        valid: ids(VALID),
+        test: ids(TEST),
+        duplicates,
+        near,
+        nearest_training: nearest_training.collect(),
+        groups,
+    }
 }
 
 /// The rank of a shape in a random order that depends on the seed and the id alone, not on which other shapes there are.

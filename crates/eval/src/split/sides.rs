@@ -1,87 +1,135 @@
-//! Distributes groups of shapes over the three sides.
+//! Chooses the collections that are held out, so that each K bin gets its fraction.
 
-use super::SplitCandidate;
+use super::collections::{Collection, CountOfBin};
 use partprobe_carrier::keyed_rng;
 use rand::Rng as _;
 
 /// The index of a side: 0 train, 1 valid, 2 test.
 pub(super) type Side = usize;
 
-/// A group of related shapes.
-type Group<'a> = Vec<&'a SplitCandidate>;
+pub(super) const TRAIN: Side = 0;
+pub(super) const VALID: Side = 1;
+pub(super) const TEST: Side = 2;
 
-/// The side of each group, so that each side gets about as many shapes as its target.
-pub(super) fn place_groups(
-    mut groups: Vec<Group<'_>>,
-    targets: [f64; 3],
+/// A held-out side takes collections of at most this fraction of its target first, so that it gets many collections.
+const SMALL: f64 = 0.1;
+
+/// The side of each collection. Test shapes are chosen first, then validation shapes; the rest is for training.
+///
+/// `fractions` are of train, valid and test, and their sum is 1.
+pub(super) fn place_collections(
+    mut collections: Vec<Collection<'_>>,
+    fractions: [f64; 3],
     seed: u64,
-) -> Vec<(Side, Group<'_>)> {
-    shuffle(&mut groups, seed);
-    sort_large_groups_first(&mut groups, targets);
+) -> Vec<(Side, Collection<'_>)> {
+    shuffle(&mut collections, seed);
+    let all = sum(collections.iter().map(Collection::count_of_bin));
+    let rest = (TRAIN..=TEST).find(|&side| fractions[side] > 0.0);
+    let rest = rest.unwrap_or(TRAIN);
 
-    let n_groups = groups.len();
-    let mut sides = Sides {
-        targets,
-        lacking: targets,
-        is_empty: targets.map(|target| target > 0.0),
-    };
-    let mut placed = Vec::with_capacity(n_groups);
-    for (index, group) in groups.into_iter().enumerate() {
-        let Some(side) = sides.next_side(n_groups - index) else {
-            break;
-        };
-        sides.lacking[side] -= group.len() as f64;
-        sides.is_empty[side] = false;
-        placed.push((side, group));
+    let mut placed = Vec::with_capacity(collections.len());
+    for side in [TEST, VALID] {
+        if side == rest || fractions[side] == 0.0 {
+            continue;
+        }
+        // The sides that come later get a collection each. If there are too few, validation gets none.
+        let n_later = (TRAIN..side)
+            .filter(|&later| fractions[later] > 0.0)
+            .count();
+        let n_later = n_later.min(collections.len().saturating_sub(1)).max(1);
+        let target = all.map(|count| count * fractions[side]);
+        let taken = Chooser::new(target, n_later).choose(&mut collections);
+        placed.extend(taken.into_iter().map(|collection| (side, collection)));
     }
+    placed.extend(collections.into_iter().map(|collection| (rest, collection)));
     placed
 }
 
-/// Moves groups to the front that are larger than half the smallest side. A large group that came late would overfill
-/// a side.
-fn sort_large_groups_first(groups: &mut [Group<'_>], targets: [f64; 3]) {
-    let smallest = targets
-        .into_iter()
-        .filter(|&target| target > 0.0)
-        .fold(f64::INFINITY, f64::min);
-    groups.sort_by_key(|group| {
-        let is_large = 2.0 * group.len() as f64 > smallest.max(2.0);
-        std::cmp::Reverse(if is_large { group.len() } else { 0 })
-    });
+/// Takes collections until the counts of all bins are near their targets.
+struct Chooser<'a> {
+    /// The number of shapes of each bin that the side should get.
+    target: CountOfBin,
+    /// The number of shapes of each bin that it has.
+    count: CountOfBin,
+    /// So many collections must be left.
+    n_later: usize,
+    taken: Vec<Collection<'a>>,
 }
 
-/// The state of the distribution.
-struct Sides {
-    /// The number of shapes that each side should get.
-    targets: [f64; 3],
-    /// The number of shapes that each side still lacks; negative if it has too many.
-    lacking: [f64; 3],
-    /// Whether a side with a positive target has no group yet.
-    is_empty: [bool; 3],
-}
+impl<'a> Chooser<'a> {
+    fn new(target: CountOfBin, n_later: usize) -> Self {
+        Self {
+            target,
+            count: CountOfBin::default(),
+            n_later,
+            taken: Vec::new(),
+        }
+    }
 
-impl Sides {
-    /// The side that lacks most, the first of equals; an empty side if there are no more groups left than empty sides.
-    fn next_side(&self, n_groups_left: usize) -> Option<Side> {
-        let n_empty = self.is_empty.iter().filter(|&&empty| empty).count();
-        let must_fill = n_groups_left <= n_empty;
-        let mut best: Option<Side> = None;
-        for side in 0..3 {
-            let may_take = self.targets[side] > 0.0 && (self.is_empty[side] || !must_fill);
-            let lacks_more = best.is_none_or(|best| self.lacking[best] < self.lacking[side]);
-            if may_take && lacks_more {
-                best = Some(side);
+    /// Takes small collections first, then larger ones by their size if bins still lack shapes; at least one.
+    fn choose(mut self, collections: &mut Vec<Collection<'a>>) -> Vec<Collection<'a>> {
+        let small = (SMALL * self.target.iter().sum::<f64>()).max(1.0);
+        for largest in [small, f64::INFINITY] {
+            if largest > small {
+                // Stable, so that equal ones stay in their random order.
+                collections.sort_by_key(|collection| collection.shapes.len());
+            }
+            let mut left = Vec::with_capacity(collections.len());
+            let mut n_left = collections.len();
+            for collection in collections.drain(..) {
+                let is_small = collection.shapes.len() as f64 <= largest;
+                if is_small && n_left > self.n_later && self.gain(&collection) > 0.0 {
+                    self.take(collection);
+                    n_left -= 1;
+                } else {
+                    left.push(collection);
+                }
+            }
+            *collections = left;
+        }
+        if self.taken.is_empty() && collections.len() > self.n_later {
+            let best = self.best(collections);
+            self.take(collections.remove(best));
+        }
+        self.taken
+    }
+
+    fn take(&mut self, collection: Collection<'a>) {
+        self.count = sum([self.count, collection.count_of_bin()].into_iter());
+        self.taken.push(collection);
+    }
+
+    /// By how much a collection brings the counts nearer to their targets, as a sum of squares.
+    fn gain(&self, collection: &Collection<'_>) -> f64 {
+        let added = collection.count_of_bin();
+        (0..added.len())
+            .map(|bin| added[bin] * (2.0 * (self.target[bin] - self.count[bin]) - added[bin]))
+            .sum()
+    }
+
+    /// The index of the collection that brings the counts nearest to their targets, the first of equals.
+    fn best(&self, collections: &[Collection<'_>]) -> usize {
+        let mut best = 0;
+        for (idx, collection) in collections.iter().enumerate() {
+            if self.gain(collection) > self.gain(&collections[best]) {
+                best = idx;
             }
         }
         best
     }
 }
 
-/// Puts the groups in a random order that depends on the seed alone (Fisher and Yates).
-fn shuffle<T>(groups: &mut [T], seed: u64) {
+fn sum(counts: impl Iterator<Item = CountOfBin>) -> CountOfBin {
+    counts.fold(CountOfBin::default(), |sum, counts| {
+        std::array::from_fn(|bin| sum[bin] + counts[bin])
+    })
+}
+
+/// Puts the collections in a random order that depends on the seed alone (Fisher and Yates).
+fn shuffle<T>(collections: &mut [T], seed: u64) {
     let mut rng = keyed_rng(seed, &["split"]);
-    for last in (1..groups.len()).rev() {
+    for last in (1..collections.len()).rev() {
         let other = (u128::from(rng.next_u64()) * (last as u128 + 1)) >> 64;
-        groups.swap(last, other as usize);
+        collections.swap(last, other as usize);
     }
 }

@@ -10,12 +10,13 @@ use super::session::ExportSession;
 use super::shape_line::ShapeLine;
 use crate::config::{NormalConfig, SampleConfig};
 use crate::points::points_of;
+use crate::run::NEARLY_EQUAL;
 use crate::shape_input::ShapeInput;
 use crate::usage::UsageError;
 use anyhow::{Result, bail, ensure};
-use partprobe_carrier::{Carrier, Labels, signature_of_carrier};
+use partprobe_carrier::{Carrier, Descriptor, Labels, signature_of_carrier};
 use partprobe_dataset::json_document;
-use partprobe_eval::{Split, SplitCandidate, SplitFractions, split};
+use partprobe_eval::{Split, SplitCandidate, SplitFractions, SplitRule, split};
 use partprobe_formats::{pointcept_config, pointcept_files};
 use serde::Serialize;
 use serde_json::json;
@@ -37,8 +38,9 @@ const SPLIT_FILE: &str = "split.json";
 
 DIR/train/<id>/ holds coord.npy and normal.npy (float32, N x 3), segment.npy (int32: primitive type of the point's
 part, the type with the largest area in it) and instance.npy (int32: the part, 0 to K-1 among those that got a point).
-DIR/pointcept_data.py is the data section of a Pointcept config. Equal shapes are written once; shapes of one file or
-product, or with equal type counts and edges, stay on one side: split.json says who is where.
+DIR/pointcept_data.py is the data section of a Pointcept config. Equal shapes are written once. Shapes of
+one file stay on one side, and shapes that are nearly equal to one of val or test are not written to train. split.json says
+which shapes are on which side.
 `partprobe check pointcept DIR` looks over any such folder."
 )]
 pub(crate) struct PointceptArgs {
@@ -47,6 +49,9 @@ pub(crate) struct PointceptArgs {
     /// Shares of train, val and test.
     #[arg(long, default_value = "0.8/0.1/0.1", value_name = "TRAIN/VAL/TEST")]
     split: Shares,
+    /// A shape is not in train if it differs from one of val or test by at most this, in units of its size.
+    #[arg(long, default_value_t = 0.03, value_name = "DIFFERENCE")]
+    near_difference: f64,
     /// Points of a shape, uniform by area.
     #[arg(long, default_value_t = 20_000, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
     points: u32,
@@ -79,7 +84,7 @@ impl FromStr for Shares {
         match shares.as_deref() {
             Some(&[train, valid, test]) => {
                 let fractions = SplitFractions { train, valid, test };
-                split(&[], &fractions, 0).map_err(|error| error.to_string())?;
+                fractions.normalized().map_err(|error| error.to_string())?;
                 Ok(Self(fractions))
             }
             _ => Err("three shares are needed, for example 0.8/0.1/0.1".to_owned()),
@@ -113,7 +118,7 @@ impl Exporter for PointceptArgs {
         }
         let SplitFractions { train, valid, test } = self.split.0;
         let settings = json!({
-            "split": [train, valid, test], "points": self.points, "seed": self.seed, "normals": self.normals,
+            "split": [train, valid, test], "near_difference": self.near_difference, "points": self.points, "seed": self.seed, "normals": self.normals,
             "min_parts": self.min_parts, "max_parts": self.max_parts,
         });
         let session = ExportSession::with_labels(Self::NAME, &self.common, &settings, known)?;
@@ -183,7 +188,12 @@ impl SplitShapes {
                 Err(error) => failed.push(ShapeLine::failed(shape, &error)),
             }
         }
-        let split = split(&candidates, &args.split.0, args.seed)?;
+        let rule = SplitRule {
+            fractions: args.split.0,
+            near_difference: args.near_difference,
+            seed: args.seed,
+        };
+        let split = split(&candidates, &rule).map_err(|error| UsageError(error.to_string()))?;
         if !split.duplicates.is_empty() {
             let ids = split
                 .duplicates
@@ -191,6 +201,10 @@ impl SplitShapes {
                 .map(|duplicate| duplicate.id.clone())
                 .collect();
             left_out.insert("the same shape as another".to_owned(), ids);
+        }
+        if !split.near.is_empty() {
+            let ids = split.near.iter().map(|near| near.id.clone()).collect();
+            left_out.insert(NEARLY_EQUAL.to_owned(), ids);
         }
         ensure!(!split.groups.is_empty(), "no shape is left to export");
         Ok(Self {
@@ -244,9 +258,10 @@ impl Look {
         }
         Self::Candidate(SplitCandidate {
             id: shape.id.clone(),
-            source_file: shape.source.clone(),
-            product: shape.product.clone(),
+            collection: shape.source.clone(),
+            n_parts,
             signature: signature_of_carrier(carrier),
+            descriptor: Descriptor::of(carrier.mesh()),
         })
     }
 }

@@ -1,0 +1,56 @@
+//! Finds the shapes that are nearly equal to a held-out shape.
+
+use super::SplitCandidate;
+use serde::{Deserialize, Serialize};
+
+/// A shape, the held-out shape that is most like it, and how far they differ.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct NearShape {
+    /// The shape.
+    pub id: String,
+    /// The shape that is most like it.
+    pub of: String,
+    /// How far the two differ; see [`Descriptor::difference`](partprobe_carrier::Descriptor::difference).
+    pub difference: f64,
+}
+
+/// The candidate that is most like a shape, and how far they differ. Returns `None` if the shape has no descriptor, or none of
+/// the candidates has one.
+pub(super) fn nearest<'a>(
+    shape: &SplitCandidate,
+    others: &[&'a SplitCandidate],
+) -> Option<(f64, &'a SplitCandidate)> {
+    let descriptor = shape.descriptor.as_ref()?;
+    let mut nearest: Option<(f64, &SplitCandidate)> = None;
+    for &other in others {
+        let Some(of_other) = &other.descriptor else {
+            continue;
+        };
+        let difference = descriptor.difference(of_other);
+        if nearest.is_none_or(|(least, _)| difference < least) {
+            nearest = Some((difference, other));
+        }
+    }
+    nearest
+}
+
+/// Takes the shapes out that differ from one of `held_out` by at most `limit`, and returns them.
+pub(super) fn remove_near(
+    shapes: &mut Vec<&SplitCandidate>,
+    held_out: &[&SplitCandidate],
+    limit: f64,
+) -> Vec<NearShape> {
+    let mut removed = Vec::new();
+    shapes.retain(|shape| match nearest(shape, held_out) {
+        Some((difference, of)) if difference <= limit => {
+            removed.push(NearShape {
+                id: shape.id.clone(),
+                of: of.id.clone(),
+                difference,
+            });
+            false
+        }
+        _ => true,
+    });
+    removed
+}
