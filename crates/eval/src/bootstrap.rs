@@ -81,17 +81,21 @@ fn mean_of_drawn(groups: &[GroupSum], rng: &mut Rng) -> f64 {
     let mut sum = 0.0;
     let mut n = 0;
     for _ in 0..groups.len() {
-        // The high half of the product is uniform on 0..groups.len().
-        let drawn = (u128::from(rng.next_u64()) * groups.len() as u128) >> 64;
-        let group = groups[drawn as usize];
+        let group = groups[drawn_index(groups.len(), rng)];
         sum += group.sum;
         n += group.n;
     }
     sum / n.max(1) as f64
 }
 
+/// An index below `n`, all equally likely.
+pub(crate) fn drawn_index(n: usize, rng: &mut Rng) -> usize {
+    // The high half of the product is uniform on 0..n.
+    ((u128::from(rng.next_u64()) * n as u128) >> 64) as usize
+}
+
 /// The quantile of sorted values at a fraction from 0 to 1, linear between neighbors.
-fn quantile(sorted: &[f64], fraction: f64) -> f64 {
+pub(crate) fn quantile(sorted: &[f64], fraction: f64) -> f64 {
     let position = fraction * (sorted.len() - 1) as f64;
     let below = sorted[position.floor() as usize];
     let above = sorted[position.ceil() as usize];

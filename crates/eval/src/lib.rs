@@ -34,6 +34,7 @@ mod matching;
 mod metric;
 mod metrics;
 mod oracle_k;
+mod paired;
 mod report;
 mod score_row;
 mod scores;
@@ -61,6 +62,7 @@ pub use metrics::{
     PANOPTIC_QUALITY,
 };
 pub use oracle_k::{OracleError, OracleScores, TokenizedShape, score_oracle_k};
+pub use paired::Difference;
 pub use report::RunReport;
 pub use score_row::ScoreRow;
 pub use scores::{ShapeScores, clusters_of_labels, score_clusters};
@@ -70,5 +72,6 @@ pub use split::{
     split_by_manifest,
 };
 pub use tables::{
-    BinMean, Difference, DifferenceRow, TableRow, TableSettings, Tables, labels_row, tables,
+    BinMean, DifferenceRow, Endpoint, EndpointError, TableRow, TableSettings, Tables, labels_row,
+    tables,
 };

@@ -168,6 +168,7 @@ pub(crate) struct SplitConfig {
 pub(crate) struct CompareConfig {
     pub(crate) supervision: Vec<String>,
     pub(crate) references: Vec<String>,
+    pub(crate) primary: Vec<String>,
     pub(crate) seeds: Vec<u64>,
 }
 

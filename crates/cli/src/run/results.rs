@@ -9,17 +9,21 @@ use super::training_job::TrainingRecord;
 use crate::MISSED_BOUND;
 use crate::config::Config;
 use crate::stdout::print_result;
-use anyhow::Result;
+use crate::usage::UsageError;
+use anyhow::{Result, ensure};
 use partprobe_eval::{
-    Bootstrap, ExpectationOutcome, Expectations, RunReport, ScoreRow, TableSettings,
-    TrainingFigures, tables,
+    Bootstrap, Endpoint, ExpectationOutcome, Expectations, MIOU, RunReport, ScoreRow,
+    TableSettings, TrainingFigures, tables,
 };
 use std::process::ExitCode;
 
-/// Refuses expectations that no run can meet or miss, before any work is done.
+/// More endpoints than this would each need a correction of their own.
+const MAX_PRIMARY: usize = 2;
+
+/// Refuses expectations and endpoints that no run can meet or miss, before any work is done.
 ///
 /// # Errors
-/// If a key or a bound cannot be read, or names what the config does not compare.
+/// If a key, a bound or an endpoint cannot be read, or names what the config does not compare.
 pub(crate) fn checked_expectations(config: &Config) -> Result<Expectations> {
     let expectations = Expectations::parse(
         config
@@ -27,6 +31,7 @@ pub(crate) fn checked_expectations(config: &Config) -> Result<Expectations> {
             .iter()
             .map(|(key, bound)| (key.as_str(), bound.as_str())),
     )?;
+    primary_endpoints(config)?;
     let bounds = bound_names(config);
     let trained = config.compare.supervision.iter().chain(&bounds);
     let rows = trained.map(String::as_str);
@@ -46,7 +51,7 @@ impl Run<'_> {
     /// If a file cannot be written.
     pub(crate) fn write_results(&self, rows: &[ScoreRow]) -> Result<ExitCode> {
         let folder = self.folder;
-        let tables = tables(rows, &table_settings(self.config));
+        let tables = tables(rows, &table_settings(self.config)?);
         let figures = training_figures(folder, self.config)?;
         let outcomes = checked_expectations(self.config)?.evaluate(&tables, &figures)?;
         let report = RunReport {
@@ -109,13 +114,21 @@ fn write_scores(folder: &RunFolder, rows: &[ScoreRow]) -> Result<()> {
     folder.write("scores.jsonl", lines.as_bytes())
 }
 
-/// The first two supervision sources are the pair whose difference is reported.
-pub(crate) fn table_settings(config: &Config) -> TableSettings {
+/// The first supervision is compared with each of the others; the first two are the main pair.
+///
+/// # Errors
+/// If a primary endpoint cannot be read.
+pub(crate) fn table_settings(config: &Config) -> Result<TableSettings> {
     let compared = match config.compare.supervision.as_slice() {
-        [first, second, ..] => Some([first.clone(), second.clone()]),
-        _ => None,
+        [first, others @ ..] => others
+            .iter()
+            .map(|other| [first.clone(), other.clone()])
+            .collect(),
+        [] => Vec::new(),
     };
-    TableSettings {
+    Ok(TableSettings {
+        primary: primary_endpoints(config)?,
+        seed_deviation: None,
         bin_reference: config.references()[0].clone(),
         clusterer: config.eval.clusterers[0].name().to_owned(),
         compared,
@@ -124,7 +137,40 @@ pub(crate) fn table_settings(config: &Config) -> TableSettings {
             seed: config.eval.seed,
             least_groups: Bootstrap::LEAST_GROUPS,
         },
+    })
+}
+
+/// The endpoints of the config, or the mIoU under the first reference.
+fn primary_endpoints(config: &Config) -> Result<Vec<Endpoint>> {
+    let references = config.references();
+    if config.compare.primary.is_empty() {
+        return Ok(vec![Endpoint {
+            reference: references[0].clone(),
+            clusterer: None,
+            metric: MIOU,
+        }]);
     }
+    ensure!(
+        config.compare.primary.len() <= MAX_PRIMARY,
+        UsageError(format!(
+            "compare.primary names {} endpoints; name at most {MAX_PRIMARY}, all others are secondary",
+            config.compare.primary.len()
+        ))
+    );
+    let endpoint = |text: &String| {
+        let endpoint = Endpoint::parse(text)
+            .map_err(|error| UsageError(format!("compare.primary: {error}")))?;
+        ensure!(
+            references.contains(&endpoint.reference),
+            UsageError(format!(
+                "compare.primary names `{text}`, but nothing is scored against `{}`, only against {}",
+                endpoint.reference,
+                references.join(", ")
+            ))
+        );
+        Ok(endpoint)
+    };
+    config.compare.primary.iter().map(endpoint).collect()
 }
 
 /// Says which expectations hold; the exit code is 3 if one does not.

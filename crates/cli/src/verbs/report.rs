@@ -145,10 +145,13 @@ fn settings(runs: &[ScoredRun], rows: &[ScoreRow]) -> TableSettings {
         [a, b] => first(a).zip(first(b)).map(|(a, b)| [a, b]),
         _ => None,
     };
+    let compared = compared.into_iter().collect();
     TableSettings {
         bin_reference: rows[0].reference.clone(),
         clusterer: rows[0].clusterer.clone(),
         compared,
+        primary: Vec::new(),
+        seed_deviation: None,
         bootstrap: Bootstrap {
             draws: DRAWS,
             seed: 0,

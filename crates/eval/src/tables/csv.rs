@@ -64,6 +64,7 @@ fn push_csv_difference(text: &mut String, row: &DifferenceRow, metrics: &BTreeSe
         ];
         let _ = write!(text, ",{}", numbers.map(csv_number).join(","));
     }
+    // A difference has no deviation between shapes and no bins.
     let n_blanks = 1 + 2 * KBin::ALL.len();
     let _ = writeln!(text, "{}", ",".repeat(n_blanks));
 }

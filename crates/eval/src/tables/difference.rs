@@ -1,23 +1,16 @@
 //! Computes the difference between two supervisions under one reference and clusterer, with its interval.
 
 use super::shape_means::{ShapeMean, Shapes, metrics_of};
-use crate::bootstrap::{Bootstrap, GroupSum, Interval, effective_groups, interval_of_mean};
+use super::{Endpoint, TableSettings};
+use crate::bootstrap::{GroupSum, effective_groups};
 use crate::metric::Metric;
 use crate::metrics::MIOU;
+use crate::paired::{Difference, GroupOfSeeds, holm, paired_difference};
 use partprobe_carrier::keyed_rng;
 use serde::Serialize;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
-/// A mean difference over the shapes that both supervisions have.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Difference {
-    /// Mean of the first minus the second.
-    pub mean: f64,
-    /// The 95 % interval of the bootstrap, or `None` if there are too few groups of shapes.
-    pub interval: Option<Interval>,
-}
-
-/// The difference between the two compared supervisions under one reference and clusterer.
+/// The difference between two compared supervisions under one reference and clusterer.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct DifferenceRow {
     /// The label source that the clusters are scored against.
@@ -34,6 +27,8 @@ pub struct DifferenceRow {
     pub effective_groups: f64,
     /// The difference of each metric. A metric is absent if one of the two has no values.
     pub differences: BTreeMap<Metric, Difference>,
+    /// The metrics that are primary endpoints of this comparison.
+    pub primary: Vec<Metric>,
 }
 
 /// A difference of mIoU that one may want to see.
@@ -47,20 +42,21 @@ impl DifferenceRow {
         let Self {
             n_shapes, n_groups, ..
         } = self;
+        let [first, second] = &self.compared;
         let counts = format!(
-            "{n_shapes} shapes in {n_groups} groups of related shapes (effectively {:.1})",
+            "Δ `{first}` − `{second}`: {n_shapes} shapes in {n_groups} groups of related shapes (effectively {:.1})",
             self.effective_groups
         );
         let miou = self.differences.get(&MIOU);
         let Some(interval) = miou.and_then(|difference| difference.interval) else {
-            return format!("Δ: {counts} are too few for an interval.");
+            return format!("{counts} are too few for an interval.");
         };
         let half_width = interval.half_width();
         let n_needed = (*n_shapes as f64 * (half_width / SMALL_DIFFERENCE).powi(2))
             .ceil()
             .max(1.0);
         format!(
-            "Δ: {counts} resolve a difference of mIoU of ±{half_width:.3}. About {n_needed} such shapes would resolve \
+            "{counts} resolve a difference of mIoU of ±{half_width:.3}. About {n_needed} such shapes would resolve \
              ±{SMALL_DIFFERENCE}."
         )
     }
@@ -74,16 +70,21 @@ pub(super) fn difference_row(
     [reference, clusterer]: [&str; 2],
     compared: &[String; 2],
     shapes: &BTreeMap<&str, Shapes<'_>>,
-    bootstrap: Bootstrap,
+    settings: &TableSettings,
 ) -> Option<DifferenceRow> {
     let first = shapes.get(compared[0].as_str())?;
     let second = shapes.get(compared[1].as_str())?;
     let pairs = pairs_in_mean(first, second);
+    let seeds = common_seeds(&pairs);
 
+    let bootstrap = settings.bootstrap;
     let mut differences = BTreeMap::new();
     for metric in metrics_of(pairs.iter().map(|(first, _)| *first)) {
-        let groups = group_sums(&pairs, metric);
-        if let Some(difference) = difference_of_means(&groups, reference, bootstrap) {
+        let groups = groups_by_seed(&pairs, &seeds, metric);
+        // One stream for all metrics and clusterers: each draw takes the same shapes under each of them.
+        let mut rng = keyed_rng(bootstrap.seed, &["bootstrap", reference]);
+        let seed_variance = settings.seed_deviation.map(|deviation| deviation.powi(2));
+        if let Some(difference) = paired_difference(&groups, seed_variance, bootstrap, &mut rng) {
             differences.insert(metric, difference);
         }
     }
@@ -91,6 +92,12 @@ pub(super) fn difference_row(
     for (first, _) in &pairs {
         *group_sizes.entry(first.group).or_default() += 1;
     }
+    let is_here = |endpoint: &&Endpoint| {
+        let of_clusterer = endpoint.clusterer.as_deref().unwrap_or(&settings.clusterer);
+        endpoint.reference == reference && of_clusterer == clusterer
+    };
+    let is_main = settings.compared.first() == Some(compared);
+    let primary = settings.primary.iter().filter(|_| is_main).filter(is_here);
     Some(DifferenceRow {
         reference: reference.to_owned(),
         clusterer: clusterer.to_owned(),
@@ -99,6 +106,7 @@ pub(super) fn difference_row(
         n_groups: group_sizes.len(),
         effective_groups: effective_groups(group_sizes.values().copied()),
         differences,
+        primary: primary.map(|endpoint| endpoint.metric).collect(),
     })
 }
 
@@ -115,40 +123,58 @@ fn pairs_in_mean<'a>(first: &'a Shapes<'a>, second: &'a Shapes<'a>) -> Vec<Pair<
     pairs
 }
 
-/// The differences of a metric, summed by group of related shapes. Shapes that lack the metric on one side are skipped.
-fn group_sums(pairs: &[Pair<'_>], metric: Metric) -> Vec<GroupSum> {
-    let mut groups: BTreeMap<&str, GroupSum> = BTreeMap::new();
+/// The seeds that both supervisions were trained with. If an arm lacks a training, the seed does not count for the other either.
+fn common_seeds(pairs: &[Pair<'_>]) -> BTreeSet<u64> {
+    let seeds = |shape: fn(&Pair<'_>) -> Vec<u64>| -> BTreeSet<u64> {
+        pairs.iter().flat_map(shape).collect()
+    };
+    let first = seeds(|(first, _)| first.by_seed.keys().copied().collect());
+    let second = seeds(|(_, second)| second.by_seed.keys().copied().collect());
+    first.intersection(&second).copied().collect()
+}
+
+/// The differences of a metric, summed by group of related shapes and seed. Shapes that lack the metric on one side are skipped.
+fn groups_by_seed(pairs: &[Pair<'_>], seeds: &BTreeSet<u64>, metric: Metric) -> Vec<GroupOfSeeds> {
+    let mut groups: BTreeMap<&str, GroupOfSeeds> = BTreeMap::new();
     for (first, second) in pairs {
-        if let (Some(a), Some(b)) = (first.means.get(&metric), second.means.get(&metric)) {
-            let group = groups.entry(first.group).or_default();
-            group.sum += a - b;
-            group.n += 1;
+        for (position, seed) in seeds.iter().enumerate() {
+            let value = |shape: &ShapeMean<'_>| metric.of(shape.by_seed.get(seed)?);
+            let (Some(a), Some(b)) = (value(first), value(second)) else {
+                continue;
+            };
+            let group = groups
+                .entry(first.group)
+                .or_insert_with(|| vec![GroupSum::default(); seeds.len()]);
+            group[position].sum += a - b;
+            group[position].n += 1;
         }
     }
     groups.into_values().collect()
 }
 
-fn difference_of_means(
-    groups: &[GroupSum],
-    reference: &str,
-    bootstrap: Bootstrap,
-) -> Option<Difference> {
-    let n: usize = groups.iter().map(|group| group.n).sum();
-    if n == 0 {
-        return None;
+/// Corrects the p-values for their number: those of the primary endpoints together, and all others together.
+pub(super) fn adjust_p(rows: &mut [DifferenceRow]) {
+    for is_primary in [true, false] {
+        let mut family: Vec<(&mut Difference, f64)> = Vec::new();
+        for row in &mut *rows {
+            let primary = &row.primary;
+            let of_family = row
+                .differences
+                .iter_mut()
+                .filter(|(metric, _)| primary.contains(metric) == is_primary);
+            family.extend(of_family.filter_map(|(_, found)| found.p.map(|p| (found, p))));
+        }
+        let p: Vec<f64> = family.iter().map(|(_, p)| *p).collect();
+        for ((difference, _), adjusted) in family.into_iter().zip(holm(&p)) {
+            difference.adjusted_p = Some(adjusted);
+        }
     }
-    let sum: f64 = groups.iter().map(|group| group.sum).sum();
-    // One stream for all metrics and clusterers: each draw takes the same shapes under each of them.
-    let mut rng = keyed_rng(bootstrap.seed, &["bootstrap", reference]);
-    Some(Difference {
-        mean: sum / n as f64,
-        interval: interval_of_mean(groups, bootstrap, &mut rng),
-    })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::bootstrap::Interval;
 
     #[test]
     fn four_times_the_shapes_halve_the_interval() {
@@ -163,21 +189,27 @@ mod tests {
                 MIOU,
                 Difference {
                     mean: 0.01,
+                    n_seeds: 1,
+                    seed_deviation: None,
+                    standard_error: None,
                     interval: half_width.map(|half_width| Interval {
                         low: 0.01 - half_width,
                         high: 0.01 + half_width,
                     }),
+                    p: None,
+                    adjusted_p: None,
                 },
             )]),
+            primary: Vec::new(),
         };
         assert_eq!(
             row(Some(0.04)).resolution(),
-            "Δ: 80 shapes in 34 groups of related shapes (effectively 21.2) resolve a difference of mIoU of ±0.040. About \
+            "Δ `a` − `b`: 80 shapes in 34 groups of related shapes (effectively 21.2) resolve a difference of mIoU of ±0.040. About \
              320 such shapes would resolve ±0.02."
         );
         assert_eq!(
             row(None).resolution(),
-            "Δ: 80 shapes in 34 groups of related shapes (effectively 21.2) are too few for an interval."
+            "Δ `a` − `b`: 80 shapes in 34 groups of related shapes (effectively 21.2) are too few for an interval."
         );
     }
 

@@ -1,8 +1,9 @@
 //! Writes tables as Markdown, for people.
 
-use super::{Difference, DifferenceRow, TableRow, Tables};
+use super::{DifferenceRow, TableRow, Tables};
 use crate::k_bin::KBin;
 use crate::metric::Metric;
+use crate::paired::Difference;
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
@@ -27,28 +28,30 @@ impl Tables {
                 text,
                 "{separator}Scored against `{reference}`, clusters by {clusterer}:\n"
             );
-            let difference = self.difference_of(reference, clusterer);
-            MarkdownTable::of(rows).push_to(&mut text, difference);
+            let differences = self.differences_of(reference, clusterer);
+            MarkdownTable::of(rows).push_to(&mut text, &differences);
 
             let further = MarkdownTable::of_secondary(rows);
             if !further.metrics.is_empty() {
                 text.push_str("\nFurther scores of the same clusters and embeddings:\n\n");
-                further.push_to(&mut text, difference);
+                further.push_to(&mut text, &differences);
             }
-            if let Some(difference) = difference {
+            for difference in differences {
                 let _ = writeln!(text, "\n{}", difference.resolution());
             }
         }
+        text.push_str(&self.decisions());
         if !text.is_empty() {
             text.push_str(MEANS_NOTE);
         }
         text
     }
 
-    fn difference_of(&self, reference: &str, clusterer: &str) -> Option<&DifferenceRow> {
+    fn differences_of(&self, reference: &str, clusterer: &str) -> Vec<&DifferenceRow> {
         self.differences
             .iter()
-            .find(|row| row.reference == reference && row.clusterer == clusterer)
+            .filter(|row| row.reference == reference && row.clusterer == clusterer)
+            .collect()
     }
 }
 
@@ -94,14 +97,14 @@ impl<'a> MarkdownTable<'a> {
         }
     }
 
-    fn push_to(&self, text: &mut String, difference: Option<&DifferenceRow>) {
+    fn push_to(&self, text: &mut String, differences: &[&DifferenceRow]) {
         let headings = self.headings();
         push_line(text, &headings);
         let _ = writeln!(text, "|---|{}", "---:|".repeat(headings.len() - 1));
         for row in self.rows {
             push_line(text, &self.cells(row));
         }
-        if let Some(difference) = difference {
+        for difference in differences {
             push_line(text, &self.difference_cells(difference));
         }
     }
@@ -162,12 +165,14 @@ fn difference_cell(difference: Option<&Difference>) -> String {
         Some(Difference {
             mean,
             interval: Some(interval),
+            ..
         }) => {
             format!("{mean:+.3} [{:+.3}, {:+.3}]", interval.low, interval.high)
         }
         Some(Difference {
             mean,
             interval: None,
+            ..
         }) => format!("{mean:+.3}"),
         None => "–".to_owned(),
     }
@@ -192,7 +197,10 @@ Scored against `step-parts`, clusters by k-means:
 | `no-network` | 0.125 | 0.562 | – | – | 0.125 (1) | 0.125 (1) | 0.125 (1) | 0.125 (1) | 0.125 (1) | 3 |
 | Δ `step-parts` − `brep-face` | +0.250 [+0.250, +0.250] | +0.125 [+0.125, +0.125] | +0.000 [+0.000, +0.000] | +0.000 [+0.000, +0.000] |  |  |  |  |  | 3 |
 
-Δ: 3 shapes in 2 groups of related shapes (effectively 1.8) resolve a difference of mIoU of ±0.000. About 1 such shapes would resolve ±0.02.
+Δ `step-parts` − `brep-face`: 3 shapes in 2 groups of related shapes (effectively 1.8) resolve a difference of mIoU of ±0.000. About 1 such shapes would resolve ±0.02.
+
+2 of 4 secondary differences have a corrected p below 0.05: `step-parts` − `brep-face` on `step-parts`, mIoU by k-means +0.250; \
+`step-parts` − `brep-face` on `step-parts`, accuracy by k-means +0.125.
 
 Means are over shapes with 2 to 19 reference parts; K bins hold their mean mIoU, in brackets their shapes.
 ";

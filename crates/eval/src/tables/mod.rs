@@ -1,7 +1,9 @@
 //! Averages rows of scores into one mean per supervision, and compares two supervisions.
 
 mod csv;
+mod decisions;
 mod difference;
+mod endpoint;
 mod markdown;
 mod order;
 mod row;
@@ -9,7 +11,8 @@ mod shape_means;
 #[cfg(test)]
 pub(crate) mod tests;
 
-pub use difference::{Difference, DifferenceRow};
+pub use difference::DifferenceRow;
+pub use endpoint::{Endpoint, EndpointError};
 pub use order::labels_row;
 pub use row::{BinMean, TableRow};
 
@@ -17,7 +20,7 @@ use crate::bootstrap::Bootstrap;
 use crate::metric::Metric;
 use crate::metrics::METRICS;
 use crate::score_row::ScoreRow;
-use difference::difference_row;
+use difference::{adjust_p, difference_row};
 use order::cell_order;
 use row::table_row;
 use serde::Serialize;
@@ -25,14 +28,19 @@ use shape_means::{Shapes, bin_sizes, shape_means};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// What tables compare, and how.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct TableSettings {
     /// The reference whose number of parts decides the bin of a shape, also under every other reference.
     pub bin_reference: String,
     /// The clusterer of a score that does not name one; its tables come first.
     pub clusterer: String,
-    /// The Δ row is the first of these supervisions minus the second.
-    pub compared: Option<[String; 2]>,
+    /// A Δ row is the first of two supervisions minus the second. The first pair is the main one.
+    pub compared: Vec<[String; 2]>,
+    /// The numbers that the main pair is decided by. They are named before the trainings.
+    pub primary: Vec<Endpoint>,
+    /// The standard deviation of a difference between two trainings that differ in their seeds alone, if it is known from other
+    /// trainings. Pairs with one seed use it.
+    pub seed_deviation: Option<f64>,
     /// How the interval of the Δ row is drawn.
     pub bootstrap: Bootstrap,
 }
@@ -44,7 +52,7 @@ pub struct Tables {
     pub clusterer: String,
     /// By reference, clusterer and supervision.
     pub rows: Vec<TableRow>,
-    /// By reference and clusterer.
+    /// By reference, clusterer and pair.
     pub differences: Vec<DifferenceRow>,
 }
 
@@ -124,18 +132,13 @@ fn difference_rows(
     shapes_of_tables: &[TableShapes<'_>],
     settings: &TableSettings,
 ) -> Vec<DifferenceRow> {
-    let Some(compared) = &settings.compared else {
-        return Vec::new();
-    };
-    shapes_of_tables
-        .iter()
-        .filter_map(|shapes| {
-            difference_row(
-                shapes.table,
-                compared,
-                &shapes.of_supervision,
-                settings.bootstrap,
-            )
-        })
-        .collect()
+    let mut rows = Vec::new();
+    for shapes in shapes_of_tables {
+        for compared in &settings.compared {
+            let row = difference_row(shapes.table, compared, &shapes.of_supervision, settings);
+            rows.extend(row);
+        }
+    }
+    adjust_p(&mut rows);
+    rows
 }

@@ -36,17 +36,17 @@ pub(super) fn cell_order<'a>(row: &'a ScoreRow, settings: &TableSettings) -> imp
     (row.reference != settings.bin_reference, names)
 }
 
-/// The rank of a supervision in its table.
-fn rank(supervision: &str, settings: &TableSettings) -> usize {
-    let compared = settings.compared.iter().flatten();
-    if let Some(index) = compared.into_iter().position(|name| name == supervision) {
-        return index;
+/// The rank of a supervision in its table, by kind and then within the kind.
+fn rank(supervision: &str, settings: &TableSettings) -> [usize; 2] {
+    let mut compared = settings.compared.iter().flatten();
+    if let Some(index) = compared.position(|name| name == supervision) {
+        return [0, index];
     }
     let mut known = WITHOUT_TRAINING.iter();
     match known.position(|name| *name == supervision) {
-        Some(index) => 4 + index,
-        None if supervision.starts_with(LABELS) => 3,
-        None => 2,
+        Some(index) => [3, index],
+        None if supervision.starts_with(LABELS) => [2, 0],
+        None => [1, 0],
     }
 }
 
@@ -60,7 +60,9 @@ mod tests {
         let settings = TableSettings {
             bin_reference: "step-parts".to_owned(),
             clusterer: "k-means".to_owned(),
-            compared: Some(["b".to_owned(), "a".to_owned()]),
+            compared: vec![["b".to_owned(), "a".to_owned()]],
+            primary: Vec::new(),
+            seed_deviation: None,
             bootstrap: Bootstrap {
                 draws: 0,
                 seed: 0,

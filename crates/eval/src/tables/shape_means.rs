@@ -10,6 +10,8 @@ pub(super) struct ShapeMean<'a> {
     pub(super) bin: KBin,
     pub(super) group: &'a str,
     pub(super) means: BTreeMap<Metric, f64>,
+    /// The rows that were averaged, by seed.
+    pub(super) by_seed: BTreeMap<u64, &'a ScoreRow>,
 }
 
 /// The shapes of one table row, by id.
@@ -44,6 +46,7 @@ pub(super) fn shape_means<'a>(
             bin: KBin::of(k),
             group: &rows[0].group,
             means: means_over_seeds(&rows),
+            by_seed: rows.iter().map(|row| (row.seed, *row)).collect(),
         };
         shapes.insert(shape, mean);
     }

@@ -24,7 +24,9 @@ pub(crate) fn settings() -> TableSettings {
     TableSettings {
         bin_reference: "step-parts".to_owned(),
         clusterer: "k-means".to_owned(),
-        compared: Some(["step-parts".to_owned(), "brep-face".to_owned()]),
+        compared: vec![["step-parts".to_owned(), "brep-face".to_owned()]],
+        primary: Vec::new(),
+        seed_deviation: None,
         bootstrap: Bootstrap {
             draws: 200,
             seed: 0,
@@ -103,16 +105,12 @@ fn a_constant_difference_has_a_narrow_interval() {
     };
     assert_eq!((difference.n_shapes, difference.n_groups), (3, 2));
     let miou = difference.differences[&MIOU];
-    assert_eq!(
-        miou,
-        Difference {
-            mean: 0.25,
-            interval: Some(Interval {
-                low: 0.25,
-                high: 0.25
-            })
-        }
-    );
+    let interval = Interval {
+        low: 0.25,
+        high: 0.25,
+    };
+    assert_eq!((miou.mean, miou.interval), (0.25, Some(interval)));
+    assert_eq!((miou.n_seeds, miou.seed_deviation), (2, Some(0.0)));
 }
 
 #[test]

@@ -222,7 +222,9 @@ impl ScoreArgs {
         TableSettings {
             bin_reference: REFERENCE.to_owned(),
             clusterer: rows[0].clusterer.clone(),
-            compared: None,
+            compared: Vec::new(),
+            primary: Vec::new(),
+            seed_deviation: None,
             bootstrap: Bootstrap {
                 draws: 0,
                 seed: 0,
