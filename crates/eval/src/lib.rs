@@ -27,6 +27,7 @@ mod agreement;
 mod bootstrap;
 mod confusion;
 mod expectation;
+mod false_alarms;
 mod gtc;
 mod junit;
 mod k_bin;
@@ -40,6 +41,7 @@ mod score_row;
 mod scores;
 mod split;
 mod tables;
+mod verdict;
 
 pub use agreement::{
     AgreementBin, AgreementMetric, AgreementRow, AgreementTable, AgreementTables,
@@ -52,6 +54,7 @@ pub use agreement::{
 pub use bootstrap::{Bootstrap, Interval};
 pub use confusion::{Confusion, ScoreError};
 pub use expectation::{ExpectationError, ExpectationOutcome, Expectations, TrainingFigures};
+pub use false_alarms::{FalseAlarms, false_alarms};
 pub use gtc::{Gtc, gtc};
 pub use junit::junit_xml;
 pub use k_bin::KBin;
@@ -75,3 +78,4 @@ pub use tables::{
     BinMean, DifferenceRow, Endpoint, EndpointError, TableRow, TableSettings, Tables, labels_row,
     tables,
 };
+pub use verdict::{LOOK_LIMITS, Look, Needed, Verdict, VerdictError, VerdictSettings, look};

@@ -79,7 +79,9 @@ fn a_metric_of_another_crate_is_written_and_averaged_like_those_of_the_list() {
     let settings = TableSettings {
         bin_reference: "step-parts".to_owned(),
         clusterer: "k-means".to_owned(),
-        compared: None,
+        compared: Vec::new(),
+        primary: Vec::new(),
+        seed_deviation: None,
         bootstrap: Bootstrap {
             draws: 10,
             seed: 0,

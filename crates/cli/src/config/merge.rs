@@ -9,13 +9,16 @@ use std::path::{Path, PathBuf};
 use toml::{Table, Value};
 
 /// The configs that are built into the program, by name.
-const SHIPPED: [(&str, &str); 6] = [
+const SHIPPED: [(&str, &str); 9] = [
     ("base", include_str!("../../configs/base.toml")),
     ("smoke", include_str!("../../configs/smoke.toml")),
     ("abc-small", include_str!("../../configs/abc-small.toml")),
     ("synth", include_str!("../../configs/synth.toml")),
     ("real-small", include_str!("../../configs/real-small.toml")),
     ("pointnet", include_str!("../../configs/pointnet.toml")),
+    ("probe", include_str!("../../configs/probe.toml")),
+    ("hour", include_str!("../../configs/hour.toml")),
+    ("verdict", include_str!("../../configs/verdict.toml")),
 ];
 
 /// The names of the shipped configs; `base` is the first.

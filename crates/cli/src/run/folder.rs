@@ -14,11 +14,12 @@ use std::path::{Path, PathBuf};
 /// The file that a program holds locked while it works in the folder; the lock goes with the program.
 const LOCK_FILE: &str = ".lock";
 /// What an evaluation writes at its end. A folder that has the last of them is complete.
-const RESULTS: [&str; 5] = [
+const RESULTS: [&str; 6] = [
     "scores.jsonl",
     "tables.md",
     "tables.csv",
     "tables.json",
+    "paper.md",
     "report.html",
 ];
 /// The folders that an evaluation fills.

@@ -31,6 +31,7 @@ mod training_job;
 mod training_log;
 mod training_shapes;
 mod validation;
+mod verdict;
 mod weights;
 
 pub(crate) use choice::NEARLY_EQUAL;
@@ -45,4 +46,5 @@ pub(crate) use results::checked_expectations;
 pub(crate) use shapes::named_sources;
 pub(crate) use stages::Run;
 pub(crate) use training_args::TrainingArgs;
+pub(crate) use verdict::verdict_settings;
 pub(crate) use weights::{read_weights, weights_path};

@@ -11,9 +11,10 @@ use crate::config::Config;
 use crate::stdout::print_result;
 use crate::usage::UsageError;
 use anyhow::{Result, ensure};
+use partprobe_carrier::STEP_PARTS;
 use partprobe_eval::{
     Bootstrap, Endpoint, ExpectationOutcome, Expectations, MIOU, RunReport, ScoreRow,
-    TableSettings, TrainingFigures, tables,
+    TableSettings, Tables, TrainingFigures, tables,
 };
 use std::process::ExitCode;
 
@@ -64,6 +65,10 @@ impl Run<'_> {
             config: &folder.read_text("config.toml")?,
         };
 
+        let beside_paper = beside_paper(&tables, self.config);
+        if let Some(text) = &beside_paper {
+            folder.write("paper.md", text.as_bytes())?;
+        }
         folder.write("report.html", report.to_html().as_bytes())?;
         folder.write("tables.md", tables.to_markdown().as_bytes())?;
         folder.write("tables.csv", tables.to_csv().as_bytes())?;
@@ -73,9 +78,23 @@ impl Run<'_> {
 
         // What was selected, and how labels collide in tokens, was said on stderr before the training.
         print_result(tables.to_markdown())?;
+        if let Some(text) = beside_paper {
+            print_result(text)?;
+        }
         print_result(format_args!("run folder: {}", folder.root().display()))?;
         print_expectations(&outcomes)
     }
+}
+
+/// The paper's probe tables with those of this run, if its first two sources are STEP-Parts and another one, and both are referees.
+fn beside_paper(tables: &Tables, config: &Config) -> Option<String> {
+    let [first, second, ..] = config.compare.supervision.as_slice() else {
+        return None;
+    };
+    if first != STEP_PARTS {
+        return None;
+    }
+    tables.beside_paper([first, second])
 }
 
 /// The lines of `log.jsonl`; none if nothing was trained here.

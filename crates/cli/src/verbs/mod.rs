@@ -14,6 +14,8 @@ mod eval;
 mod expect;
 mod export;
 mod extract;
+#[cfg(feature = "train")]
+mod false_alarms;
 mod inspect;
 mod label;
 mod merge;
@@ -38,6 +40,8 @@ mod synth;
 mod tessellation;
 #[cfg(feature = "train")]
 mod train;
+#[cfg(feature = "train")]
+mod verdict;
 mod verify;
 
 use crate::label::{WorkerArgs, worker};
@@ -77,6 +81,10 @@ pub(crate) enum Verb {
     #[cfg(feature = "train")]
     Rerun(rerun::RerunArgs),
     Runs(runs::RunsArgs),
+    #[cfg(feature = "train")]
+    Verdict(verdict::VerdictArgs),
+    #[cfg(feature = "train")]
+    FalseAlarms(false_alarms::FalseAlarmsArgs),
     Tessellation(tessellation::TessellationArgs),
     Bench(bench::BenchArgs),
     #[cfg(feature = "train")]
@@ -126,6 +134,10 @@ impl Verb {
             Self::Expect(args) => expect::expect(args).map(done),
             Self::Report(args) => report::report(args).map(done),
             Self::Runs(args) => runs::runs(args).map(done),
+            #[cfg(feature = "train")]
+            Self::Verdict(args) => verdict::verdict(args),
+            #[cfg(feature = "train")]
+            Self::FalseAlarms(args) => false_alarms::false_alarms_of(args).map(done),
             Self::Tessellation(args) => tessellation::tessellation(args).map(done),
             Self::Bench(args) => bench::bench(args).map(done),
             #[cfg(feature = "train")]

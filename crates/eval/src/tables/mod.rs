@@ -6,6 +6,7 @@ mod difference;
 mod endpoint;
 mod markdown;
 mod order;
+mod paper;
 mod row;
 mod shape_means;
 #[cfg(test)]

@@ -14,7 +14,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// What `check labels` takes.
@@ -71,14 +71,31 @@ pub(super) fn check_labels(args: &LabelsArgs) -> Result<()> {
     } else {
         checked.iter().try_for_each(print_line)?;
     }
-    let is_sound = |check: &TypeCheck| {
-        check.count(Outcome::is_joined) > 0 && check.count(Outcome::is_refused) == 0
-    };
-    if checked.iter().any(is_sound) {
+    if checked.iter().any(TypeCheck::is_sound) {
         Ok(())
     } else {
         bail!("not every label could be joined; see the lines above")
     }
+}
+
+/// The types of label files by which these labels join to shapes of the data set, and none is refused.
+///
+/// # Errors
+/// If the data set cannot be read.
+#[cfg(feature = "train")]
+pub(crate) fn types_that_join(labels: &str, data: &Path) -> Result<Vec<&'static str>> {
+    let context = SourceContext::default()
+        .with_files(Arc::new(DiskFiles))
+        .with("path", labels);
+    let dataset = Dataset::open(data)?;
+    let mut types = Vec::new();
+    for import_type in IMPORT_TYPES {
+        let check = check_type(import_type, &context, &dataset, false)?;
+        if check.is_sound() {
+            types.push(check.name);
+        }
+    }
+    Ok(types)
 }
 
 fn context(args: &LabelsArgs) -> Result<SourceContext> {
@@ -283,6 +300,11 @@ impl TypeCheck {
             unused: Vec::new(),
             hint: None,
         }
+    }
+
+    /// Whether labels were joined, and none refused.
+    fn is_sound(&self) -> bool {
+        self.count(Outcome::is_joined) > 0 && self.count(Outcome::is_refused) == 0
     }
 
     fn count(&self, is_counted: impl Fn(&Outcome) -> bool) -> usize {

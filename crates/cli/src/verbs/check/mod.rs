@@ -8,4 +8,6 @@ mod labels;
 mod pointcept;
 mod verb;
 
+#[cfg(feature = "train")]
+pub(crate) use labels::types_that_join;
 pub(crate) use verb::{CheckArgs, check};

@@ -1,0 +1,91 @@
+//! Divides a budget of time: how many updates does each training get, so that all trainings and their scores fit into it?
+
+use crate::run::RunFolder;
+use anyhow::{Context, Result};
+use partprobe_eval::LOOK_LIMITS;
+use serde_json::Value;
+use std::time::Duration;
+
+/// With fewer updates, backbones of any source are alike.
+const FEWEST_UPDATES: usize = 200;
+
+/// With more updates, scores hardly rise.
+const MOST_UPDATES: usize = 20_000;
+
+/// What a short training took.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Speed {
+    /// Seconds per update.
+    pub(super) update: f64,
+    /// Seconds per training that do not depend on the number of updates: validation and scores.
+    pub(super) fixed: f64,
+}
+
+impl Speed {
+    /// Reads the last training of a run's log; scoring one backbone took `scoring`.
+    ///
+    /// # Errors
+    /// If the log has no training.
+    pub(super) fn of_log(folder: &RunFolder, scoring: Duration) -> Result<Self> {
+        let log = folder.read_text("log.jsonl")?;
+        let end = log
+            .lines()
+            .filter_map(|line| serde_json::from_str::<Value>(line).ok())
+            .rfind(|line| line["event"] == "end")
+            .context("the log of the short training has no end")?;
+        let number = |key: &str| end[key].as_f64().unwrap_or(0.0);
+        Ok(Self {
+            update: number("seconds") / number("step").max(1.0),
+            fixed: number("validation_seconds") + scoring.as_secs_f64(),
+        })
+    }
+
+    /// The number of updates of each of the trainings that fit into the time that is left, rounded down to two digits.
+    ///
+    /// # Errors
+    /// The shortest time that is enough, if this is less.
+    pub(super) fn updates_within(self, left: Duration) -> Result<usize, Duration> {
+        let n_trainings = (2 * LOOK_LIMITS.len()) as f64;
+        let per_training = left.as_secs_f64() / n_trainings - self.fixed;
+        let updates = (per_training / self.update).max(0.0) as usize;
+        if updates < FEWEST_UPDATES {
+            let least = n_trainings * (FEWEST_UPDATES as f64 * self.update + self.fixed);
+            return Err(Duration::from_secs_f64(least));
+        }
+        Ok(two_digits(updates.min(MOST_UPDATES)))
+    }
+}
+
+/// Rounds down to two leading digits, so that small differences in speed give the same trainings.
+fn two_digits(n: usize) -> usize {
+    let mut unit = 1;
+    while n / unit >= 100 {
+        unit *= 10;
+    }
+    n / unit * unit
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn all_trainings_and_scores_fit_into_the_budget() {
+        let speed = Speed {
+            update: 0.1,
+            fixed: 10.0,
+        };
+        let within = |minutes: u64| speed.updates_within(Duration::from_secs(60 * minutes));
+        // 600 seconds per training, less 10, in updates of 0.1 seconds.
+        assert_eq!(within(60), Ok(5900));
+        assert_eq!(within(6), Ok(500));
+        assert_eq!(within(2), Err(Duration::from_secs(180)));
+        assert_eq!(within(600), Ok(20_000));
+    }
+
+    #[test]
+    fn numbers_keep_two_digits() {
+        let found = [0, 7, 99, 100, 999, 1234, 20_000].map(two_digits);
+        assert_eq!(found, [0, 7, 99, 100, 990, 1200, 20_000]);
+    }
+}

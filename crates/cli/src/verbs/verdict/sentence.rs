@@ -1,0 +1,96 @@
+//! Says a verdict in sentences.
+
+use partprobe_eval::{FalseAlarms, Look, Needed, Verdict};
+use std::time::Duration;
+
+/// What was compared, and what was found.
+pub(super) struct Finding<'a> {
+    pub(super) mine: &'a str,
+    pub(super) against: &'a str,
+    pub(super) references: &'a [String],
+    pub(super) n_updates: usize,
+    pub(super) look: &'a Look,
+    /// The time that one seed of both sources took.
+    pub(super) time_per_seed: Duration,
+}
+
+impl Finding<'_> {
+    /// The verdict, the difference with its interval, and the endpoint.
+    pub(super) fn sentence(&self) -> String {
+        let Self { mine, against, .. } = self;
+        let verdict = match self.look.verdict {
+            Verdict::Better => format!("better: `{mine}` trains better backbones than `{against}`"),
+            Verdict::Worse => format!("worse: `{mine}` trains worse backbones than `{against}`"),
+            Verdict::CannotTell => format!(
+                "cannot tell whether `{mine}` trains better or worse backbones than `{against}`; {}",
+                self.needed()
+            ),
+        };
+        format!("{verdict}.\n{}", self.evidence())
+    }
+
+    fn evidence(&self) -> String {
+        let Look {
+            number,
+            difference,
+            limit,
+            n_shapes,
+            n_groups,
+            ..
+        } = self.look;
+        let interval = difference.interval.map_or_else(String::new, |interval| {
+            format!(
+                " [{:+.3}, {:+.3}] (95 % interval)",
+                interval.low, interval.high
+            )
+        });
+        let referees = match self.references {
+            [one] => format!("`{one}` as the referee"),
+            several => format!(
+                "the mean over the referees {}",
+                several
+                    .iter()
+                    .map(|name| format!("`{name}`"))
+                    .collect::<Vec<_>>()
+                    .join(" and ")
+            ),
+        };
+        let seeds = if *number == 1 { "seed" } else { "seeds" };
+        format!(
+            "Δ mIoU {:+.3}{interval}, p = {:.4} (look {number} decides below {limit:.4}): k-means with the true number of parts, \
+             {referees}, {n_shapes} held-out shapes in {n_groups} groups of related shapes, {number} {seeds} of {} updates each.",
+            difference.mean,
+            difference.p.unwrap_or(1.0),
+            self.n_updates
+        )
+    }
+
+    fn needed(&self) -> String {
+        match self.look.needed() {
+            Needed::Seeds(n) => {
+                let hours = self.time_per_seed.as_secs_f64() * n as f64 / 3600.0;
+                format!("it needs about {hours:.1} hours, for {n} seeds of each source")
+            }
+            Needed::Shapes(n) => format!(
+                "it needs about {n} held-out shapes, since more hours on these {} would not do",
+                self.look.n_shapes
+            ),
+        }
+    }
+}
+
+/// How often such a verdict is wrong, if there is no difference.
+pub(super) fn error_rate(measured: &FalseAlarms) -> String {
+    let FalseAlarms {
+        n_seeds,
+        n_verdicts,
+        n_false_verdicts,
+        n_pairs,
+        n_false_pairs,
+        ..
+    } = measured;
+    format!(
+        "Among {n_seeds} real trainings on one source, {n_false_verdicts} of {n_verdicts} such verdicts were false, and \
+         {n_false_pairs} of {n_pairs} pairs of single trainings differed with p < 0.05 (docs/studies/false-alarms.md)."
+    )
+}

@@ -1,0 +1,380 @@
+//! Trains both sources seed by seed, and looks at the scores after each seed.
+
+use super::budget::Speed;
+use super::mine::Mine;
+use super::sentence::{Finding, error_rate};
+use crate::MISSED_BOUND;
+use crate::config::{LoadedConfig, load};
+use crate::label::{LabelJob, label_paths};
+use crate::run::{
+    Execution, ExecutionArgs, Run, RunFolder, TrainingArgs, named_sources, remember_data, today,
+    verdict_settings, with_data,
+};
+use crate::stdout::{print_line, print_result};
+use crate::usage::{UsageError, as_usage_error};
+use anyhow::{Context, Result, bail, ensure};
+use partprobe_dataset::{Dataset, json_document};
+use partprobe_eval::{FalseAlarms, Look, ScoreRow, Verdict, VerdictSettings, look};
+use serde::Serialize;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::{Duration, Instant};
+
+/// Say whether one label source trains better backbones than another, within a budget of time
+#[derive(Clone, Debug, clap::Args)]
+#[command(after_help = "Examples:
+  partprobe verdict --mine labels/ --data parts/ --budget 60m           your label files against step-parts
+  partprobe verdict --mine ward-20 --against step-parts --data dataset/ two known sources
+
+Both sources train the same network on the same shapes, with up to three seeds. After each seed the scores on held-out shapes are
+tested, and the trainings stop as soon as the difference is more than chance. OUT/run is a run folder: `partprobe eval OUT/run` adds
+all tables. Exit codes: 0 a verdict was printed, 3 it is not the one of --expect.")]
+pub(crate) struct VerdictArgs {
+    /// The label source in question: a name (see `partprobe sources`), or a file or folder of labels.
+    #[arg(long, value_name = "SOURCE|PATH")]
+    mine: String,
+    /// The type of the label files; it is found by joining them if not given.
+    #[arg(long = "type", value_name = "TYPE")]
+    import_type: Option<String>,
+    /// The label source that it is compared with.
+    #[arg(long, value_name = "SOURCE", default_value = "step-parts")]
+    against: String,
+    /// Score against this label source alone. Both compared sources are referees if not given, so that neither has an advantage.
+    #[arg(long, value_name = "SOURCE")]
+    referee: Option<String>,
+    /// STEP files, folders, lists of paths, or a labeled data set.
+    #[arg(long, value_name = "PATH", num_args = 1.., required = true)]
+    data: Vec<PathBuf>,
+    /// The time for all trainings and scores, for example 60m or 2h. The program measures its own speed, and then fixes the number of
+    /// updates.
+    #[arg(long, value_name = "TIME", default_value = "60m", value_parser = time)]
+    budget: Duration,
+    /// The number of updates of each training, instead of --budget: then the verdict does not depend on the machine.
+    #[arg(long, value_name = "N", conflicts_with = "budget")]
+    updates: Option<usize>,
+    /// The part of a file name before this text is its collection; a collection is not on two sides of the split.
+    #[arg(long, value_name = "TEXT", default_value = "")]
+    collection_separator: String,
+    /// Exit with 3 if the verdict is another one.
+    #[arg(long, value_enum, value_name = "VERDICT")]
+    expect: Option<Expected>,
+    /// The folder to write; `runs/DATE-verdict` if not given.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Resume an interrupted verdict in the same folder.
+    #[arg(long)]
+    resume: bool,
+    /// Print JSON.
+    #[arg(long)]
+    json: bool,
+    #[command(flatten)]
+    training: TrainingArgs,
+    #[command(flatten)]
+    execution: ExecutionArgs,
+}
+
+/// The verdicts that a job can ask for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Expected {
+    Better,
+    NotWorse,
+}
+
+/// Updates of the training that measures the speed.
+const SPEED_UPDATES: usize = 50;
+
+/// What real trainings that differ in their seeds alone have shown; `just study false-alarms` measures it.
+const FALSE_ALARMS: &str = include_str!("false_alarms.json");
+
+/// `verdict.json`: all looks, and what they were at.
+#[derive(Serialize)]
+struct VerdictFile<'a> {
+    mine: &'a str,
+    against: &'a str,
+    referees: &'a [String],
+    updates: usize,
+    verdict: Verdict,
+    looks: &'a [Look],
+    false_alarms: &'a FalseAlarms,
+    sentence: &'a str,
+}
+
+/// Trains, looks, and prints the verdict.
+///
+/// # Errors
+/// If the sources are unknown, the budget is too small, or a stage fails; `--resume` continues.
+pub(crate) fn verdict(args: &VerdictArgs) -> Result<ExitCode> {
+    let begun = Instant::now();
+    let execution = Execution::new(&args.execution)?;
+    let root = args
+        .out
+        .clone()
+        .unwrap_or_else(|| Path::new("runs").join(format!("{}-verdict", today())));
+    let is_begun = root.join("run/config.toml").exists();
+    ensure!(
+        args.resume || !is_begun,
+        UsageError(format!(
+            "{} has a verdict already; resume it with --resume, or choose another --out",
+            root.display()
+        ))
+    );
+    let dataset = labeled(args, &root, &execution)?;
+    let session = Session::new(args, &root, &dataset, &execution)?;
+    let n_updates = session.updates(begun)?;
+    session.decide(n_updates)
+}
+
+/// The labeled data set: given as such, or labeled into the folder.
+fn labeled(args: &VerdictArgs, root: &Path, execution: &Execution) -> Result<Dataset> {
+    if let [path] = args.data.as_slice()
+        && Dataset::is_at(path)
+    {
+        return Ok(Dataset::open(path)?);
+    }
+    if let Some(path) = args.data.iter().find(|path| !path.exists()) {
+        bail!(UsageError(format!("{} does not exist", path.display())));
+    }
+    let config = load("verdict", &[])?.config;
+    let out = root.join("data");
+    let job = LabelJob::in_folder(&args.data, &out, &config, execution.threads).resuming();
+    let summary = label_paths(&job, &execution.interrupt)?;
+    execution.progress.note(&summary.to_string());
+    Ok(Dataset::open(&out)?)
+}
+
+/// A verdict that is being found.
+struct Session<'a> {
+    args: &'a VerdictArgs,
+    root: &'a Path,
+    dataset: &'a Dataset,
+    execution: &'a Execution,
+    mine: Mine,
+    false_alarms: FalseAlarms,
+}
+
+impl<'a> Session<'a> {
+    fn new(
+        args: &'a VerdictArgs,
+        root: &'a Path,
+        dataset: &'a Dataset,
+        execution: &'a Execution,
+    ) -> Result<Self> {
+        let mine = Mine::find(&args.mine, args.import_type.as_deref(), dataset.root())?;
+        ensure!(
+            mine.name != args.against,
+            UsageError(format!("`{}` is compared with itself", mine.name))
+        );
+        Ok(Self {
+            args,
+            root,
+            dataset,
+            execution,
+            mine,
+            false_alarms: serde_json::from_str(FALSE_ALARMS)
+                .context("the false alarms that are built in")?,
+        })
+    }
+
+    /// The config of the trainings.
+    fn config(&self, n_updates: usize) -> Result<LoadedConfig> {
+        let args = self.args;
+        let quoted = |text: &str| toml::Value::from(text).to_string();
+        let (mine, against) = (quoted(&self.mine.name), quoted(&args.against));
+        let referees = match &args.referee {
+            Some(referee) => quoted(referee),
+            None => format!("{against}, {mine}"),
+        };
+        let mut overrides = self.mine.overrides.clone();
+        overrides.extend([
+            format!("compare.supervision=[{mine}, {against}]"),
+            format!("compare.references=[{referees}]"),
+            format!("train.steps={n_updates}"),
+            format!(
+                "split.collection_separator={}",
+                quoted(&args.collection_separator)
+            ),
+        ]);
+        overrides.extend(args.execution.set.iter().cloned());
+        let loaded = load("verdict", &overrides)?;
+        named_sources(&loaded.config).map_err(as_usage_error)?;
+        let data = [self.dataset.root().to_path_buf()];
+        with_data(&data, loaded, "verdict", &overrides)
+    }
+
+    /// The number of updates: that of a verdict which is resumed, that which was asked for, or as many as fit into the budget.
+    fn updates(&self, begun: Instant) -> Result<usize> {
+        let config_file = self.root.join("run/config.toml");
+        if config_file.exists() {
+            return Ok(load(&config_file.to_string_lossy(), &[])?
+                .config
+                .train
+                .steps);
+        }
+        if let Some(n_updates) = self.args.updates {
+            return Ok(n_updates);
+        }
+        let speed = self.speed()?;
+        let budget = self.args.budget;
+        let left = budget.saturating_sub(begun.elapsed());
+        speed.updates_within(left).map_err(|least| {
+            let minutes = (least + begun.elapsed()).as_secs_f64() / 60.0;
+            anyhow::Error::from(UsageError(format!(
+                "a budget of {:.0} minutes is too small for these shapes; give at least {:.0}m",
+                budget.as_secs_f64() / 60.0,
+                minutes.ceil()
+            )))
+        })
+    }
+
+    /// Trains a little in a folder that is removed.
+    fn speed(&self) -> Result<Speed> {
+        let path = self.root.join("speed");
+        let loaded = self.config(SPEED_UPDATES)?;
+        if path.exists() {
+            fs::remove_dir_all(&path)?;
+        }
+        let folder = RunFolder::open(&path, &loaded.merged, false)?;
+        let mut run = self.run(&loaded, &folder)?;
+        let seed = loaded.config.compare.seeds[0];
+        run.train(&self.mine.name, seed, &self.args.training)?;
+        let begun = Instant::now();
+        run.score_trained(&self.mine.name, seed)?;
+        let speed = Speed::of_log(&folder, begun.elapsed())?;
+        drop(run);
+        drop(folder);
+        fs::remove_dir_all(&path)?;
+        Ok(speed)
+    }
+
+    fn run<'b>(&'b self, loaded: &'b LoadedConfig, folder: &'b RunFolder) -> Result<Run<'b>> {
+        let points = self.args.training.points();
+        Run::new(self.dataset, &loaded.config, folder, self.execution, points)
+    }
+
+    /// Trains seed by seed until a look decides, and prints what was found.
+    fn decide(&self, n_updates: usize) -> Result<ExitCode> {
+        let loaded = self.config(n_updates)?;
+        let folder = RunFolder::open(&self.root.join("run"), &loaded.merged, self.args.resume)?;
+        let mut run = self.run(&loaded, &folder)?;
+        remember_data(&folder, self.dataset.root())?;
+        let settings = VerdictSettings {
+            seed_deviation: self.false_alarms.seed_deviation,
+            ..verdict_settings(
+                &loaded.config,
+                [self.mine.name.clone(), self.args.against.clone()],
+            )
+        };
+
+        let begun = Instant::now();
+        let mut rows: Vec<ScoreRow> = Vec::new();
+        let mut looks: Vec<Look> = Vec::new();
+        for &seed in &loaded.config.compare.seeds {
+            for source in &loaded.config.compare.supervision {
+                run.train(source, seed, &self.args.training)?;
+                rows.extend(run.score_trained(source, seed)?);
+            }
+            let found = look(&rows, &settings)?;
+            self.execution.progress.note(&progress_line(&found));
+            let is_last = found.is_last();
+            looks.push(found);
+            if is_last {
+                break;
+            }
+        }
+        let time_per_seed = begun.elapsed() / looks.len().max(1) as u32;
+        let last = looks.last().context("no seed to train with")?;
+        let sentence = Finding {
+            mine: &self.mine.name,
+            against: &self.args.against,
+            references: &settings.references,
+            n_updates,
+            look: last,
+            time_per_seed,
+        }
+        .sentence();
+        self.report(&VerdictFile {
+            mine: &self.mine.name,
+            against: &self.args.against,
+            referees: &settings.references,
+            updates: n_updates,
+            verdict: last.verdict,
+            looks: &looks,
+            false_alarms: &self.false_alarms,
+            sentence: &sentence,
+        })?;
+        Ok(self.exit_code(last.verdict))
+    }
+
+    /// Writes `verdict.json`, and prints it or its sentence.
+    fn report(&self, file: &VerdictFile<'_>) -> Result<()> {
+        let json = json_document(file)?;
+        let path = self.root.join("verdict.json");
+        partprobe_dataset::write_atomically(&path, &json)
+            .with_context(|| format!("writing {}", path.display()))?;
+        if self.args.json {
+            return print_line(String::from_utf8_lossy(&json).trim_end());
+        }
+        print_result(format_args!(
+            "{}\n{}\nfolder: {}",
+            file.sentence,
+            error_rate(file.false_alarms),
+            self.root.display()
+        ))
+    }
+
+    fn exit_code(&self, verdict: Verdict) -> ExitCode {
+        let is_met = match self.args.expect {
+            None => true,
+            Some(Expected::Better) => verdict == Verdict::Better,
+            Some(Expected::NotWorse) => verdict != Verdict::Worse,
+        };
+        if is_met {
+            ExitCode::SUCCESS
+        } else {
+            ExitCode::from(MISSED_BOUND)
+        }
+    }
+}
+
+fn progress_line(look: &Look) -> String {
+    let found = &look.difference;
+    format!(
+        "look {}: Δ mIoU {:+.3}, p = {:.4}, decides below {:.4}",
+        look.number,
+        found.mean,
+        found.p.unwrap_or(1.0),
+        look.limit
+    )
+}
+
+/// A number with the unit h, m or s.
+fn time(text: &str) -> Result<Duration, String> {
+    let refused = || format!("`{text}` is not a time; write for example 60m or 2h");
+    let (number, seconds) = match text
+        .trim()
+        .split_at_checked(text.trim().len().saturating_sub(1))
+    {
+        Some((number, "h")) => (number, 3600.0),
+        Some((number, "m")) => (number, 60.0),
+        Some((number, "s")) => (number, 1.0),
+        _ => return Err(refused()),
+    };
+    let number: f64 = number.trim().parse().map_err(|_| refused())?;
+    Duration::try_from_secs_f64(number * seconds).map_err(|_| refused())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_time_has_a_unit() {
+        for (text, seconds) in [("60m", 3600), ("2h", 7200), ("0.5 h", 1800), ("90s", 90)] {
+            assert_eq!(time(text), Ok(Duration::from_secs(seconds)));
+        }
+        for text in ["", "60", "m", "-1m", "nan h", "60 minutes"] {
+            assert!(time(text).is_err(), "{text}");
+        }
+    }
+}
