@@ -75,7 +75,7 @@ pub use split::{
     split_by_manifest,
 };
 pub use tables::{
-    BinMean, DifferenceRow, Endpoint, EndpointError, TableRow, TableSettings, Tables, labels_row,
-    tables,
+    BinMean, DOSE_KINDS, DifferenceRow, DoseCurve, DoseKind, DosePoint, Endpoint, EndpointError,
+    TableRow, TableSettings, Tables, labels_row, tables,
 };
 pub use verdict::{LOOK_LIMITS, Look, Needed, Verdict, VerdictError, VerdictSettings, look};

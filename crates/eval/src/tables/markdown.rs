@@ -41,6 +41,7 @@ impl Tables {
             }
         }
         text.push_str(&self.decisions());
+        text.push_str(&self.dose_response());
         if !text.is_empty() {
             text.push_str(MEANS_NOTE);
         }

@@ -3,6 +3,7 @@
 mod csv;
 mod decisions;
 mod difference;
+mod dose;
 mod endpoint;
 mod markdown;
 mod order;
@@ -13,6 +14,7 @@ mod shape_means;
 pub(crate) mod tests;
 
 pub use difference::DifferenceRow;
+pub use dose::{DOSE_KINDS, DoseCurve, DoseKind, DosePoint};
 pub use endpoint::{Endpoint, EndpointError};
 pub use order::labels_row;
 pub use row::{BinMean, TableRow};
