@@ -38,14 +38,7 @@ fn row(shape: &str, predicted: &[u32], reference: &[i32]) -> ScoreRow {
     let token_of_point: Vec<u32> = (0..predicted.len() as u32).collect();
     let embeddings = Embeddings::new(1, vec![1.0; predicted.len()]).unwrap();
     let matched = score_clusters(predicted, reference).unwrap();
-    let scored = ScoredShape {
-        predicted,
-        reference,
-        token_of_point: &token_of_point,
-        embeddings: &embeddings,
-        matched,
-        gtc: None,
-    };
+    let scored = ScoredShape::of_clusters(predicted, reference, &token_of_point, &embeddings, matched);
 
     let mut scores = scored.scores();
     scores.extend((PURE_POINTS.value)(&scored).map(|value| (PURE_POINTS, value)));
