@@ -105,7 +105,12 @@ mod tests {
     fn branches_are_found_without_their_number() {
         let angles = [0.0, 1.0, 50.0, 51.0, 120.0, 121.0];
         let tokens = [0, 1, 2, 3, 4, 5];
-        for reference in [[0, 0, 1, 1, 2, 2], [7, 7, 7, 7, 3, 3], [0; 6], [0, 1, 2, 3, 4, 5]] {
+        for reference in [
+            [0, 0, 1, 1, 2, 2],
+            [7, 7, 7, 7, 3, 3],
+            [0; 6],
+            [0, 1, 2, 3, 4, 5],
+        ] {
             assert_eq!(best_cut_ari(&tree(&angles), &tokens, &reference), Ok(1.0));
         }
         let torn = best_cut_ari(&tree(&angles), &tokens, &[0, 1, 0, 1, 0, 1]).unwrap();

@@ -97,7 +97,8 @@ impl Grid {
     /// The points of a cell and of the 26 cells around it.
     fn around(&self, [x, y, z]: [i32; 3]) -> impl Iterator<Item = usize> + '_ {
         let steps = (-1..=1).flat_map(|dx| (-1..=1).map(move |dy| [dx, dy]));
-        let cells = steps.flat_map(move |[dx, dy]| (-1..=1).map(move |dz| [x + dx, y + dy, z + dz]));
+        let cells =
+            steps.flat_map(move |[dx, dy]| (-1..=1).map(move |dz| [x + dx, y + dy, z + dz]));
         cells
             .filter_map(|cell| self.points_of_cell.get(&cell))
             .flatten()

@@ -229,12 +229,17 @@ mod tests {
         let embeddings = Embeddings::from_rows([0.0, 40.0, 90.0, 100.0, 45.0].map(row));
         let (tokens, reference) = ([0, 1, 2, 3, 4, 4], [0, 0, 1, 1, 2, 2]);
         // The token at 40° goes to the center of part 2 in its half, which no token of the other half has.
-        let found = split_gtc(&embeddings, &tokens, &reference).unwrap().unwrap();
+        let found = split_gtc(&embeddings, &tokens, &reference)
+            .unwrap()
+            .unwrap();
         assert!((found.accuracy - 0.75).abs() < 1e-12, "{found:?}");
         assert!((found.miou - (0.5 + 1.0) / 2.0).abs() < 1e-12, "{found:?}");
         // By its own token alone, part 0 would win all.
         assert_eq!(split_gtc(&embeddings, &tokens[4..], &[0, 0]), Ok(None));
-        assert_eq!(split_gtc(&embeddings, &[0], &[-1]), Err(ScoreError::NothingLabeled));
+        assert_eq!(
+            split_gtc(&embeddings, &[0], &[-1]),
+            Err(ScoreError::NothingLabeled)
+        );
     }
 
     proptest! {

@@ -74,5 +74,6 @@ pub use split::{
     split,
 };
 pub use tables::{
-    BinMean, Difference, DifferenceRow, TableRow, TableSettings, Tables, labels_row, tables,
+    BinMean, Difference, DifferenceRow, HomeAdvantage, TableRow, TableSettings, Tables, labels_row,
+    tables,
 };

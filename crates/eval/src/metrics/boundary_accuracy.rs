@@ -56,9 +56,19 @@ mod tests {
             assert_eq!(boundary_accuracy(&shape), expected);
         };
         let reference = [3, 3, 3, 5, 5, 5];
-        check(&[9, 9, 2, 2, 2, 2], &reference, &[false, true, true, true, false, false], Some(2.0 / 3.0));
+        check(
+            &[9, 9, 2, 2, 2, 2],
+            &reference,
+            &[false, true, true, true, false, false],
+            Some(2.0 / 3.0),
+        );
         check(&[9, 9, 9, 2, 2, 2], &reference, &[true; 6], Some(1.0));
         check(&[9, 9, 9, 2, 2, 2], &reference, &[false; 6], None);
-        check(&[9, 9, 9, 2, 2, 2], &[3, 3, -1, 5, 5, 5], &[false, false, true, false, false, false], None);
+        check(
+            &[9, 9, 9, 2, 2, 2],
+            &[3, 3, -1, 5, 5, 5],
+            &[false, false, true, false, false, false],
+            None,
+        );
     }
 }

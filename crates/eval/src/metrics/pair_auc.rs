@@ -130,7 +130,13 @@ mod tests {
         let matched = score_clusters(&token_of_point, reference).unwrap();
         let shape = ScoredShape {
             gtc: Some(gtc(&embeddings, &token_of_point, reference).unwrap()),
-            ..ScoredShape::of_clusters(&token_of_point, reference, &token_of_point, &embeddings, matched)
+            ..ScoredShape::of_clusters(
+                &token_of_point,
+                reference,
+                &token_of_point,
+                &embeddings,
+                matched,
+            )
         };
         let found = (PAIR_AUC.value)(&shape);
         assert_eq!(

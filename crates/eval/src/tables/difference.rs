@@ -4,7 +4,7 @@ use super::shape_means::{ShapeMean, Shapes, metrics_of};
 use crate::bootstrap::{Bootstrap, GroupSum, Interval, effective_groups, interval_of_mean};
 use crate::metric::Metric;
 use crate::metrics::MIOU;
-use partprobe_carrier::keyed_rng;
+use partprobe_carrier::{Rng, keyed_rng};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -126,6 +126,27 @@ fn group_sums(pairs: &[Pair<'_>], metric: Metric) -> Vec<GroupSum> {
         }
     }
     groups.into_values().collect()
+}
+
+/// The mean of one value per shape, each with the group of the shape, or `None` without values.
+pub(super) fn difference_of_values<'a>(
+    values: impl Iterator<Item = (&'a str, f64)>,
+    bootstrap: Bootstrap,
+    rng: &mut Rng,
+) -> Option<Difference> {
+    let mut groups: BTreeMap<&str, GroupSum> = BTreeMap::new();
+    for (group, value) in values {
+        let group = groups.entry(group).or_default();
+        group.sum += value;
+        group.n += 1;
+    }
+    let groups: Vec<GroupSum> = groups.into_values().collect();
+    let n: usize = groups.iter().map(|group| group.n).sum();
+    let sum: f64 = groups.iter().map(|group| group.sum).sum();
+    (n > 0).then(|| Difference {
+        mean: sum / n as f64,
+        interval: interval_of_mean(&groups, bootstrap, rng),
+    })
 }
 
 fn difference_of_means(

@@ -1,6 +1,6 @@
 //! Writes tables as Markdown, for people.
 
-use super::{Difference, DifferenceRow, TableRow, Tables};
+use super::{Difference, DifferenceRow, HomeAdvantage, TableRow, Tables};
 use crate::k_bin::KBin;
 use crate::metric::Metric;
 use std::collections::BTreeSet;
@@ -28,21 +28,45 @@ impl Tables {
                 "{separator}Scored against `{reference}`, clusters by {clusterer}:\n"
             );
             let difference = self.difference_of(reference, clusterer);
-            MarkdownTable::of(rows).push_to(&mut text, difference);
+            let mut differences: Vec<(String, &DifferenceRow)> = Vec::new();
+            differences.extend(difference.map(|row| (difference_name("Δ", &row.compared), row)));
+            let same_source = self.same_source.iter();
+            let same_source = same_source
+                .filter(|row| row.reference == *reference && row.clusterer == *clusterer);
+            differences.extend(same_source.map(|row| (difference_name("A/A", &row.compared), row)));
+            MarkdownTable::of(rows).push_to(&mut text, &differences);
 
             let further = MarkdownTable::of_secondary(rows);
             if !further.metrics.is_empty() {
                 text.push_str("\nFurther scores of the same clusters and embeddings:\n\n");
-                further.push_to(&mut text, difference);
+                further.push_to(&mut text, &differences);
             }
             if let Some(difference) = difference {
                 let _ = writeln!(text, "\n{}", difference.resolution());
             }
+            for sentence in &self.footer {
+                let _ = writeln!(text, "\n{sentence}");
+            }
         }
+        self.push_home_advantages(&mut text);
         if !text.is_empty() {
             text.push_str(MEANS_NOTE);
         }
         text
+    }
+
+    fn push_home_advantages(&self, text: &mut String) {
+        for rows in self
+            .home_advantages
+            .chunk_by(|a, b| a.clusterer == b.clusterer)
+        {
+            let _ = writeln!(
+                text,
+                "\nHome advantage H = [(S − N) scored on S] − [(N − S) scored on N], clusters by {}:\n",
+                rows[0].clusterer
+            );
+            push_home_table(text, rows);
+        }
     }
 
     fn difference_of(&self, reference: &str, clusterer: &str) -> Option<&DifferenceRow> {
@@ -50,6 +74,35 @@ impl Tables {
             .iter()
             .find(|row| row.reference == reference && row.clusterer == clusterer)
     }
+}
+
+/// A row per pair of supervisions, a column per metric.
+fn push_home_table(text: &mut String, rows: &[HomeAdvantage]) {
+    let metrics: BTreeSet<Metric> = rows
+        .iter()
+        .flat_map(|row| row.differences.keys().copied())
+        .collect();
+    let mut headings = vec!["S, N".to_owned()];
+    headings.extend(metrics.iter().map(|metric| metric.heading.to_owned()));
+    headings.extend(["shapes", "groups"].map(str::to_owned));
+    push_line(text, &headings);
+    let _ = writeln!(text, "|---|{}", "---:|".repeat(headings.len() - 1));
+    for row in rows {
+        let [s, n] = &row.compared;
+        let mut cells = vec![format!("`{s}`, `{n}`")];
+        cells.extend(
+            metrics
+                .iter()
+                .map(|metric| difference_cell(row.differences.get(metric))),
+        );
+        cells.extend([row.n_shapes, row.n_groups].map(|n| n.to_string()));
+        push_line(text, &cells);
+    }
+}
+
+/// What a row of a difference is called.
+fn difference_name(sign: &str, [first, second]: &[String; 2]) -> String {
+    format!("{sign} `{first}` − `{second}`")
 }
 
 fn is_same_table(a: &TableRow, b: &TableRow) -> bool {
@@ -94,15 +147,15 @@ impl<'a> MarkdownTable<'a> {
         }
     }
 
-    fn push_to(&self, text: &mut String, difference: Option<&DifferenceRow>) {
+    fn push_to(&self, text: &mut String, differences: &[(String, &DifferenceRow)]) {
         let headings = self.headings();
         push_line(text, &headings);
         let _ = writeln!(text, "|---|{}", "---:|".repeat(headings.len() - 1));
         for row in self.rows {
             push_line(text, &self.cells(row));
         }
-        if let Some(difference) = difference {
-            push_line(text, &self.difference_cells(difference));
+        for (name, difference) in differences {
+            push_line(text, &self.difference_cells(name, difference));
         }
     }
 
@@ -140,9 +193,8 @@ impl<'a> MarkdownTable<'a> {
         cells
     }
 
-    fn difference_cells(&self, row: &DifferenceRow) -> Vec<String> {
-        let [first, second] = &row.compared;
-        let mut cells = vec![format!("Δ `{first}` − `{second}`")];
+    fn difference_cells(&self, name: &str, row: &DifferenceRow) -> Vec<String> {
+        let mut cells = vec![name.to_owned()];
         for metric in &self.metrics {
             cells.push(difference_cell(row.differences.get(metric)));
         }
@@ -175,12 +227,16 @@ fn difference_cell(difference: Option<&Difference>) -> String {
 
 #[cfg(test)]
 mod tests {
-    use crate::tables::tables;
     use crate::tables::tests::{example, settings};
+    use crate::tables::{TableSettings, tables};
 
     #[test]
     fn markdown_shows_means_bins_and_the_difference() {
-        let text = tables(&example(), &settings()).to_markdown();
+        let settings = TableSettings {
+            footer: vec!["θ 8°.".to_owned()],
+            ..settings()
+        };
+        let text = tables(&example(), &settings).to_markdown();
         let expected = "\
 Scored against `step-parts`, clusters by k-means:
 
@@ -191,8 +247,12 @@ Scored against `step-parts`, clusters by k-means:
 | `untrained` | 0.250 | 0.625 | 0.900 | 0.800 | 0.250 (1) | 0.250 (1) | 0.250 (1) | 0.250 (1) | 0.250 (1) | 3 |
 | `no-network` | 0.125 | 0.562 | – | – | 0.125 (1) | 0.125 (1) | 0.125 (1) | 0.125 (1) | 0.125 (1) | 3 |
 | Δ `step-parts` − `brep-face` | +0.250 [+0.250, +0.250] | +0.125 [+0.125, +0.125] | +0.000 [+0.000, +0.000] | +0.000 [+0.000, +0.000] |  |  |  |  |  | 3 |
+| A/A `step-parts, seed 0` − `step-parts, seed 1` | -0.125 [-0.125, -0.125] | -0.062 [-0.062, -0.062] | +0.000 [+0.000, +0.000] | +0.000 [+0.000, +0.000] |  |  |  |  |  | 3 |
+| A/A `brep-face, seed 0` − `brep-face, seed 1` | -0.125 [-0.125, -0.125] | -0.062 [-0.062, -0.062] | +0.000 [+0.000, +0.000] | +0.000 [+0.000, +0.000] |  |  |  |  |  | 3 |
 
 Δ: 3 shapes in 2 groups of related shapes (effectively 1.8) resolve a difference of mIoU of ±0.000. About 1 such shapes would resolve ±0.02.
+
+θ 8°.
 
 Means are over shapes with 2 to 19 reference parts; K bins hold their mean mIoU, in brackets their shapes.
 ";
