@@ -2,8 +2,9 @@
 
 use super::bounds::bound_names;
 use super::collisions::Collisions;
-use super::evaluation::{NO_NETWORK, UNTRAINED};
+use super::evaluation::{NO_NETWORK, RANDOM_FOURIER, UNTRAINED};
 use super::folder::RunFolder;
+use super::footer::footer;
 use super::stages::Run;
 use super::training_job::TrainingRecord;
 use crate::MISSED_BOUND;
@@ -30,7 +31,9 @@ pub(crate) fn checked_expectations(config: &Config) -> Result<Expectations> {
     let bounds = bound_names(config);
     let trained = config.compare.supervision.iter().chain(&bounds);
     let rows = trained.map(String::as_str);
-    let supervision: Vec<&str> = rows.chain([UNTRAINED, NO_NETWORK]).collect();
+    let supervision: Vec<&str> = rows
+        .chain([UNTRAINED, RANDOM_FOURIER, NO_NETWORK])
+        .collect();
     let references = config.references();
     expectations.check_names(
         &supervision,
@@ -46,7 +49,8 @@ impl Run<'_> {
     /// If a file cannot be written.
     pub(crate) fn write_results(&self, rows: &[ScoreRow]) -> Result<ExitCode> {
         let folder = self.folder;
-        let tables = tables(rows, &table_settings(self.config));
+        let footer = footer(self.config, &self.data.split_file.data_hash());
+        let tables = tables(rows, &table_settings(self.config, footer));
         let figures = training_figures(folder, self.config)?;
         let outcomes = checked_expectations(self.config)?.evaluate(&tables, &figures)?;
         let report = RunReport {
@@ -110,7 +114,7 @@ fn write_scores(folder: &RunFolder, rows: &[ScoreRow]) -> Result<()> {
 }
 
 /// The first two supervision sources are the pair whose difference is reported.
-pub(crate) fn table_settings(config: &Config) -> TableSettings {
+pub(crate) fn table_settings(config: &Config, footer: Vec<String>) -> TableSettings {
     let compared = match config.compare.supervision.as_slice() {
         [first, second, ..] => Some([first.clone(), second.clone()]),
         _ => None,
@@ -124,6 +128,7 @@ pub(crate) fn table_settings(config: &Config) -> TableSettings {
             seed: config.eval.seed,
             least_groups: Bootstrap::LEAST_GROUPS,
         },
+        footer,
     }
 }
 
