@@ -23,6 +23,7 @@ mod observer;
 mod results;
 mod scoring_place;
 mod shapes;
+mod source_card;
 mod split_file;
 mod stages;
 mod tensorboard;
