@@ -7,6 +7,7 @@
 use crate::clusterer::{Clusterer, ClustererFactory};
 use crate::clusters::{ClusterError, Clusters};
 use crate::distance::{product, unit_rows};
+use crate::vector_unit::{Kernel, vectorized};
 use partprobe_carrier::Embeddings;
 
 /// The entry of the list of clusterers.
@@ -158,7 +159,12 @@ impl Chain {
     }
 
     /// Merges until one cluster is left.
-    fn merges(mut self) -> Vec<Merge> {
+    fn merges(self) -> Vec<Merge> {
+        vectorized(Merging(self))
+    }
+
+    #[inline(always)]
+    fn merged(mut self) -> Vec<Merge> {
         let mut merges = Vec::new();
         while self.living.len() > 1 {
             let Some(&last) = self.links.last() else {
@@ -180,16 +186,19 @@ impl Chain {
         merges
     }
 
+    #[inline(always)]
     fn push(&mut self, cluster: usize) {
         self.links.push(cluster);
         self.is_link[cluster] = true;
     }
 
+    #[inline(always)]
     fn mean(&self, cluster: usize) -> &[f32] {
         &self.means[cluster * self.dim..][..self.dim]
     }
 
     /// The living cluster nearest to `last` and their cosine. Among equals, the link before it, then the lowest.
+    #[inline(always)]
     fn nearest(&self, last: usize, before: Option<usize>) -> (usize, f32) {
         let cosine_to = |other: usize| product(self.mean(last), self.mean(other));
         let mut nearest = before.unwrap_or(last);
@@ -232,6 +241,18 @@ impl Chain {
         if let Ok(at) = self.living.binary_search(&from) {
             self.living.remove(at);
         }
+    }
+}
+
+/// The loop over all merges.
+struct Merging(Chain);
+
+impl Kernel for Merging {
+    type Output = Vec<Merge>;
+
+    #[inline(always)]
+    fn run(self) -> Vec<Merge> {
+        self.0.merged()
     }
 }
 

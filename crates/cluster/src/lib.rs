@@ -39,6 +39,7 @@ mod registry;
 mod seeding;
 mod settings;
 mod silhouette;
+mod vector_unit;
 mod ward_linkage;
 
 pub use average_link::{AverageLink, AverageLinkTree, average_link_cosine};
