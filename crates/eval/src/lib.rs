@@ -36,6 +36,7 @@ mod matching;
 mod metric;
 mod metrics;
 mod oracle_k;
+mod probe;
 mod report;
 mod score_row;
 mod scores;
@@ -66,6 +67,7 @@ pub use metrics::{
     SPLIT_GTC_ACCURACY, SPLIT_GTC_MIOU,
 };
 pub use oracle_k::{OracleError, OracleScores, TokenizedShape, score_oracle_k};
+pub use probe::{ProbeScore, ProbeScores, probe};
 pub use report::RunReport;
 pub use score_row::ScoreRow;
 pub use scores::{ShapeScores, clusters_of_labels, score_clusters};

@@ -80,10 +80,10 @@ fn bounds_of_shape(place: &ScoringPlace<'_>, shape: &Shape) -> Result<Vec<ScoreR
     let seed = config.compare.seeds[0];
     let mut rows = Vec::new();
     let mut files: BTreeMap<String, Vec<(String, Array)>> = BTreeMap::new();
-    for reference in config.references() {
-        let labels = shape.labels_by(&reference)?;
-        let without_clusterer = bounded.predictions(&reference, config)?;
-        let near_boundary = place.boundaries.of(&shape.id, &reference);
+    for reference in &place.references {
+        let labels = shape.labels_by(reference)?;
+        let without_clusterer = bounded.predictions(reference, config)?;
+        let near_boundary = place.boundaries.of(&shape.id, reference);
         for (idx, column) in columns.iter().enumerate() {
             let perfect = bounded.perfect(labels, column.clusterer, config)?;
             for (name, predicted) in without_clusterer.iter().chain([&perfect]) {
@@ -92,9 +92,9 @@ fn bounds_of_shape(place: &ScoringPlace<'_>, shape: &Shape) -> Result<Vec<ScoreR
                     ..bounded.scored(predicted, labels)?
                 };
                 let names = (name.as_str(), seed);
-                rows.push(score_row(names, shape, &reference, &column.name, &scored));
+                rows.push(score_row(names, shape, reference, &column.name, &scored));
                 let member = (
-                    member_name(&reference, idx, &column.name),
+                    member_name(reference, idx, &column.name),
                     clusters_array(predicted),
                 );
                 files.entry(name.clone()).or_default().push(member);
@@ -157,8 +157,10 @@ impl<'a> BoundedShape<'a> {
 
         let others = config.compare.supervision.iter();
         for source in others.filter(|&source| source != reference) {
-            let clusters = clusters_of_labels(self.shape.labels_by(source)?);
-            predictions.push((labels_row(source), clusters));
+            // An endpoint on other shapes may do without the labels of a supervision.
+            if let Some(labels) = self.shape.labels().get(source) {
+                predictions.push((labels_row(source), clusters_of_labels(labels)));
+            }
         }
 
         let of_tokens = self.tokens.majority_labels(labels);

@@ -6,7 +6,7 @@ use super::shapes::Shape;
 use crate::config::{ClustererName, Config, EvalConfig};
 use crate::progress::Progress;
 use anyhow::{Context, Result};
-use partprobe_carrier::Embeddings;
+use partprobe_carrier::{Embeddings, PointSample};
 use partprobe_cluster::AverageLinkTree;
 use partprobe_eval::{
     OracleScores, ScoreRow, ScoredShape, TokenizedShape, best_cut_ari, gtc, score_oracle_k,
@@ -36,11 +36,15 @@ pub(crate) enum Embedder<'a> {
 
 impl Embedder<'_> {
     /// The tokens of a shape, and their embeddings.
-    fn embed(&self, shape: &Shape, config: &TokenConfig) -> Result<(Tokens, Embeddings)> {
+    pub(super) fn embed(
+        &self,
+        sample: &PointSample,
+        config: &TokenConfig,
+    ) -> Result<(Tokens, Embeddings)> {
         if let Self::Network(network) = self {
-            return Ok(network.embed_sample(&shape.sample, config)?);
+            return Ok(network.embed_sample(sample, config)?);
         }
-        let tokens = partprobe_net::tokenize(&shape.sample, config.test_tokens, config.voxels)?;
+        let tokens = partprobe_net::tokenize(sample, config.test_tokens, config.voxels)?;
         let rows = match self {
             Self::RandomFourier(seed) => tokens.fourier_rows(*seed),
             _ => tokens.geometry_rows(),
@@ -83,6 +87,9 @@ pub(super) fn score_columns(config: &Config) -> Vec<ScoreColumn> {
     plain.chain(behind).collect()
 }
 
+/// The best cut is looked for among at most this many tokens, evenly spaced in their order: the time grows with their square.
+const MAX_TOKENS_OF_TREE: usize = 512;
+
 /// Embeddings of one shape, with the tree of their merges, which no reference changes.
 struct Embedded {
     rows: Embeddings,
@@ -91,9 +98,40 @@ struct Embedded {
 
 impl Embedded {
     fn new(rows: Embeddings, tokens: &Tokens) -> Result<Self> {
-        let tree = AverageLinkTree::new(&rows, &tokens.multiplicity)?;
+        let chosen = chosen_tokens(rows.n_rows());
+        let values = chosen.iter().flat_map(|&token| rows.row(token)).copied();
+        let of_tree = Embeddings::new(rows.dim(), values.collect())?;
+        let weights: Vec<u32> = chosen
+            .iter()
+            .map(|&token| tokens.multiplicity[token])
+            .collect();
+        let tree = AverageLinkTree::new(&of_tree, &weights)?;
         Ok(Self { rows, tree })
     }
+
+    /// The best cut against labels, over the points of the tokens that the tree has.
+    fn best_cut_ari(&self, tokens: &Tokens, labels: &[i32]) -> Option<f64> {
+        let chosen = chosen_tokens(self.rows.n_rows());
+        let mut row_of_token = vec![None; self.rows.n_rows()];
+        for (row, &token) in (0u32..).zip(&chosen) {
+            row_of_token[token] = Some(row);
+        }
+        let mut rows = Vec::new();
+        let mut reference = Vec::new();
+        for (&token, &label) in tokens.token_of_point.iter().zip(labels) {
+            if let Some(row) = row_of_token[token as usize] {
+                rows.push(row);
+                reference.push(label);
+            }
+        }
+        // Without a labeled point among them there is no cut to speak of.
+        best_cut_ari(&self.tree, &rows, &reference).ok()
+    }
+}
+
+fn chosen_tokens(n_tokens: usize) -> Vec<usize> {
+    let n_chosen = n_tokens.min(MAX_TOKENS_OF_TREE);
+    (0..n_chosen).map(|idx| idx * n_tokens / n_chosen).collect()
 }
 
 /// Clusters the tokens into as many groups as the reference has parts on the sampled points, and scores all points.
@@ -172,7 +210,7 @@ fn evaluate_shape(
     shape: &Shape,
 ) -> Result<Vec<ScoreRow>> {
     let config = place.config;
-    let (tokens, raw) = model.embedder.embed(shape, &config.tokens)?;
+    let (tokens, raw) = model.embedder.embed(&shape.sample, &config.tokens)?;
     let refine = config.net.refine.as_ref();
     let refined = refine
         .map(|layer| layer.refined(&raw, &tokens.multiplicity))
@@ -185,15 +223,14 @@ fn evaluate_shape(
 
     let mut members: Vec<(String, Array)> = Vec::new();
     let mut rows = Vec::new();
-    for reference in config.references() {
-        let labels = shape.labels_by(&reference)?;
+    for reference in &place.references {
+        let labels = shape.labels_by(reference)?;
         let of_tokens = &tokens.token_of_point;
         let gtc = Some(gtc(&raw.rows, of_tokens, labels)?);
         let split_gtc = split_gtc(&raw.rows, of_tokens, labels)?;
-        let best_cut = |embedded: &Embedded| best_cut_ari(&embedded.tree, of_tokens, labels);
-        let best_cuts = [Some(&raw), refined.as_ref()].map(|rows| rows.map(best_cut).transpose());
-        let [of_raw, of_refined] = best_cuts;
-        let (of_raw, of_refined) = (of_raw?, of_refined?);
+        let best_cut = |embedded: &Embedded| embedded.best_cut_ari(&tokens, labels);
+        let [of_raw, of_refined] =
+            [Some(&raw), refined.as_ref()].map(|rows| rows.and_then(best_cut));
         for (idx, column) in columns.iter().enumerate() {
             let (embedded, best_cut_ari) = match &refined {
                 Some(refined) if column.is_refined => (refined, of_refined),
@@ -201,7 +238,7 @@ fn evaluate_shape(
             };
             let found = score_against(
                 shape,
-                &reference,
+                reference,
                 &tokens,
                 &embedded.rows,
                 column.clusterer,
@@ -218,12 +255,12 @@ fn evaluate_shape(
                 gtc,
                 split_gtc,
                 best_cut_ari,
-                near_boundary: place.boundaries.of(&shape.id, &reference),
+                near_boundary: place.boundaries.of(&shape.id, reference),
                 ..clusters
             };
             let names = (model.supervision, model.seed);
-            rows.push(score_row(names, shape, &reference, &column.name, &scored));
-            let member = member_name(&reference, idx, &column.name);
+            rows.push(score_row(names, shape, reference, &column.name, &scored));
+            let member = member_name(reference, idx, &column.name);
             members.push((member, clusters_array(&found.predicted)));
         }
     }

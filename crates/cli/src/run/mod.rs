@@ -10,6 +10,7 @@ mod damaged_json;
 mod data;
 mod data_path;
 mod data_settings;
+mod endpoints;
 mod evaluation;
 mod execution;
 mod folder;

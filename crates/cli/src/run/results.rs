@@ -43,11 +43,16 @@ pub(crate) fn checked_expectations(config: &Config) -> Result<Expectations> {
 }
 
 impl Run<'_> {
-    /// Writes `report.html`, `tables.*` and, last, `scores.jsonl`, prints the table, and checks the expectations.
+    /// Writes `report.html`, `tables.*` and, last, `scores.jsonl`, prints the table and those of the endpoints, and checks the
+    /// expectations.
     ///
     /// # Errors
     /// If a file cannot be written.
-    pub(crate) fn write_results(&self, rows: &[ScoreRow]) -> Result<ExitCode> {
+    pub(crate) fn write_results(
+        &self,
+        rows: &[ScoreRow],
+        endpoints: &[String],
+    ) -> Result<ExitCode> {
         let folder = self.folder;
         let footer = footer(self.config, &self.data.split_file.data_hash());
         let tables = tables(rows, &table_settings(self.config, footer));
@@ -72,6 +77,7 @@ impl Run<'_> {
 
         // What was selected, and how labels collide in tokens, was said on stderr before the training.
         print_result(tables.to_markdown())?;
+        endpoints.iter().try_for_each(print_result)?;
         print_result(format_args!("run folder: {}", folder.root().display()))?;
         print_expectations(&outcomes)
     }

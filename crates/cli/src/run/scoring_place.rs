@@ -15,6 +15,8 @@ use std::collections::BTreeMap;
 /// What is the same for all rows of one set of tables.
 pub(super) struct ScoringPlace<'a> {
     pub(super) config: &'a Config,
+    /// The label sources that are scored against, each of which has labeled all shapes.
+    pub(super) references: Vec<String>,
     pub(super) boundaries: Boundaries,
     /// The folder that predictions are written to, or `None` if scores are all that is kept.
     pub(super) folder: Option<&'a RunFolder>,

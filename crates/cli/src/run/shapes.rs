@@ -34,6 +34,14 @@ pub(crate) struct Shape {
 }
 
 impl Shape {
+    /// The same shape with other points in the same order.
+    pub(super) fn with_sample(&self, sample: PointSample) -> Self {
+        Self {
+            sample,
+            ..self.clone()
+        }
+    }
+
     /// What the labels of each source are like.
     pub(super) fn card_rows(&self) -> impl Iterator<Item = &CardRow> {
         self.card_rows.iter()

@@ -142,6 +142,7 @@ impl<'a> Run<'a> {
 
         let place = ScoringPlace {
             config: self.config,
+            references: self.config.references(),
             boundaries: Boundaries::of_shapes(&test, &self.config.references())?,
             folder: Some(self.folder),
         };
@@ -149,7 +150,7 @@ impl<'a> Run<'a> {
     }
 
     /// The rows of all backbones, of the untrained ones, and of what needs no network.
-    fn scored(
+    pub(super) fn scored(
         &self,
         place: &ScoringPlace<'_>,
         held_out: &HeldOut<'_>,
@@ -184,7 +185,7 @@ impl<'a> Run<'a> {
     }
 
     /// The supervision and the seed of each trained backbone.
-    fn trained_models(&self, held_out: &HeldOut<'_>) -> Result<Vec<(&'a str, u64)>> {
+    pub(super) fn trained_models(&self, held_out: &HeldOut<'_>) -> Result<Vec<(&'a str, u64)>> {
         let compare = &self.config.compare;
         let mut trained = Vec::new();
         for &seed in &compare.seeds {

@@ -104,8 +104,9 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode> {
         timed.stage(&name, || run.train(&supervision, seed, &args.training))?;
     }
     let rows = timed.stage("evaluate", || run.evaluate())?;
+    let endpoints = timed.stage("endpoints", || run.evaluate_endpoints())?;
     timed.record.write(&folder)?;
-    run.write_results(&rows)
+    run.write_results(&rows, &endpoints)
 }
 
 /// Times the stages for `run.json`.
