@@ -85,6 +85,11 @@ modeled *arguments: (_venv "occt" "cadquery-ocp")
     cargo build --release
     "{{occt}}" tools/occt/modeled.py --partprobe "{{program}}" {{arguments}}
 
+# k-means against scikit-learn on one core, time and inertia: just bench-kmeans [EMBEDDINGS.npz...] (installs it)
+bench-kmeans *files: (_venv "kmeans" "numpy scikit-learn")
+    cargo build --release -p partprobe-cluster --example time_kmeans
+    "{{build}}/kmeans/bin/python" tools/kmeans/compare.py "{{build}}/release/examples/time_kmeans" {{files}}
+
 # The network against PyTorch, outputs and every gradient: just parity (installs torch for the CPU)
 parity: (_venv "torch" torch_packages)
     cargo build --release

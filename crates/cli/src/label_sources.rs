@@ -6,7 +6,9 @@ use crate::source_types::open_source;
 use crate::usage::{UsageError, as_usage_error};
 use anyhow::{Context, Result, ensure};
 use partprobe_imports::ImportedSource;
-use partprobe_sources::{BoxedSource, SOURCES, SourceContext, SourceError, source_among};
+use partprobe_sources::{
+    BoxedSource, SOURCES, SourceContext, SourceControl, SourceError, source_among,
+};
 use std::sync::Arc;
 
 /// The source with this name.
@@ -20,8 +22,13 @@ pub(crate) fn source_named(config: &Config, name: &str) -> Result<BoxedSource> {
         let import = import.with_context(|| format!("label source `{name}`"))?;
         return Ok(Box::new(ImportedSource::new(name, import)));
     }
-    source_among(SOURCES, name, &SourceContext::default())
-        .map_err(|error| with_own(error, config).into())
+    let built_in = source_among(SOURCES, name, &SourceContext::default());
+    // A control may follow a source that only the config knows.
+    match (built_in, SourceControl::of_name(name)) {
+        (Ok(source), _) => Ok(source),
+        (Err(_), Some((control, other))) => Ok(control.of(source_named(config, other)?)),
+        (Err(error), None) => Err(with_own(error, config).into()),
+    }
 }
 
 /// The sources with these names, in their order.

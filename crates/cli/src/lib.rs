@@ -39,6 +39,7 @@ mod scored_run;
 mod shape_choice;
 mod shape_input;
 mod shape_loop;
+mod source_rows;
 mod source_types;
 mod stderr;
 mod stdout;

@@ -7,6 +7,7 @@
 use crate::clusterer::{Clusterer, ClustererFactory};
 use crate::clusters::{ClusterError, Clusters};
 use crate::distance::{product, unit_rows};
+use crate::vector_unit::{Kernel, vectorized};
 use partprobe_carrier::Embeddings;
 
 /// The entry of the list of clusterers.
@@ -41,10 +42,62 @@ impl Clusterer for AverageLink {
 }
 
 /// One merge of two clusters, each named by one of its rows.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 struct Merge {
     rows: [usize; 2],
     cosine: f32,
+}
+
+/// The average-link tree of rows: every merge, down to one cluster.
+#[derive(Clone, Debug)]
+pub struct AverageLinkTree {
+    n_rows: usize,
+    /// The merge of the largest mean cosine first.
+    merges: Vec<Merge>,
+}
+
+impl AverageLinkTree {
+    /// Merges the rows by the mean cosine of their points. `weights` holds the number of points that each row stands for.
+    /// No random numbers are needed.
+    ///
+    /// # Errors
+    /// If the number of weights is not the number of rows, or a number is not finite.
+    pub fn new(rows: &Embeddings, weights: &[u32]) -> Result<Self, ClusterError> {
+        Clusters::check_input(rows, weights, 1)?;
+        let mut merges = Chain::new(rows, weights).merges();
+        merges.sort_by(|a, b| b.cosine.total_cmp(&a.cosine));
+        Ok(Self {
+            n_rows: rows.n_rows(),
+            merges,
+        })
+    }
+
+    /// The number of rows.
+    #[must_use]
+    pub fn n_rows(&self) -> usize {
+        self.n_rows
+    }
+
+    /// The merges in their order, each as a row of one cluster and a row of the other.
+    pub fn merges(&self) -> impl Iterator<Item = [u32; 2]> + '_ {
+        self.merges
+            .iter()
+            .map(|merge| merge.rows.map(|row| row as u32))
+    }
+
+    /// The clusters of the cut with `k` of them, or as many as there are rows. The objective is the sum of
+    /// `1 - mean cosine` over the merges.
+    #[must_use]
+    pub fn cut(&self, k: usize) -> Clusters {
+        let n_merges = self.n_rows.saturating_sub(k.max(1));
+        let merges = &self.merges[..n_merges.min(self.merges.len())];
+        let groups = groups_after(merges, self.n_rows);
+        let objective = merges
+            .iter()
+            .map(|merge| 1.0 - f64::from(merge.cosine))
+            .sum();
+        Clusters::numbered(&groups, objective)
+    }
 }
 
 /// Cuts the average-link tree of the rows' cosines at `k` clusters.
@@ -60,16 +113,7 @@ pub fn average_link_cosine(
     k: usize,
 ) -> Result<Clusters, ClusterError> {
     Clusters::check_input(rows, weights, k)?;
-    let mut merges = Chain::new(rows, weights).merges();
-    merges.sort_by(|a, b| b.cosine.total_cmp(&a.cosine));
-    merges.truncate(rows.n_rows().saturating_sub(k));
-
-    let groups = groups_after(&merges, rows.n_rows());
-    let objective = merges
-        .iter()
-        .map(|merge| 1.0 - f64::from(merge.cosine))
-        .sum();
-    Ok(Clusters::numbered(&groups, objective))
+    Ok(AverageLinkTree::new(rows, weights)?.cut(k))
 }
 
 /// The group of each row after the merges, named by its lowest row.
@@ -115,7 +159,12 @@ impl Chain {
     }
 
     /// Merges until one cluster is left.
-    fn merges(mut self) -> Vec<Merge> {
+    fn merges(self) -> Vec<Merge> {
+        vectorized(Merging(self))
+    }
+
+    #[inline(always)]
+    fn merged(mut self) -> Vec<Merge> {
         let mut merges = Vec::new();
         while self.living.len() > 1 {
             let Some(&last) = self.links.last() else {
@@ -137,16 +186,19 @@ impl Chain {
         merges
     }
 
+    #[inline(always)]
     fn push(&mut self, cluster: usize) {
         self.links.push(cluster);
         self.is_link[cluster] = true;
     }
 
+    #[inline(always)]
     fn mean(&self, cluster: usize) -> &[f32] {
         &self.means[cluster * self.dim..][..self.dim]
     }
 
     /// The living cluster nearest to `last` and their cosine. Among equals, the link before it, then the lowest.
+    #[inline(always)]
     fn nearest(&self, last: usize, before: Option<usize>) -> (usize, f32) {
         let cosine_to = |other: usize| product(self.mean(last), self.mean(other));
         let mut nearest = before.unwrap_or(last);
@@ -189,6 +241,18 @@ impl Chain {
         if let Ok(at) = self.living.binary_search(&from) {
             self.living.remove(at);
         }
+    }
+}
+
+/// The loop over all merges.
+struct Merging(Chain);
+
+impl Kernel for Merging {
+    type Output = Vec<Merge>;
+
+    #[inline(always)]
+    fn run(self) -> Vec<Merge> {
+        self.0.merged()
     }
 }
 

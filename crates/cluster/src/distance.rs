@@ -18,11 +18,13 @@ fn sum_over_entries(a: &[f32], b: &[f32], term: impl Fn(f32, f32) -> f32) -> f32
 }
 
 /// The squared Euclidean distance; exactly 0 for equal rows, and the same bits whichever row comes first.
+#[inline(always)]
 pub(crate) fn squared_distance(a: &[f32], b: &[f32]) -> f32 {
     sum_over_entries(a, b, |a, b| (a - b) * (a - b))
 }
 
 /// The scalar product; the same bits whichever row comes first.
+#[inline(always)]
 pub(crate) fn product(a: &[f32], b: &[f32]) -> f32 {
     sum_over_entries(a, b, |a, b| a * b)
 }

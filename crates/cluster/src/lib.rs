@@ -39,9 +39,10 @@ mod registry;
 mod seeding;
 mod settings;
 mod silhouette;
+mod vector_unit;
 mod ward_linkage;
 
-pub use average_link::{AverageLink, average_link_cosine};
+pub use average_link::{AverageLink, AverageLinkTree, average_link_cosine};
 pub use clusterer::{Clusterer, ClustererFactory};
 pub use clusters::{ClusterError, Clusters};
 pub use kmeans::{SphericalKMeans, euclidean_kmeans, spherical_kmeans};

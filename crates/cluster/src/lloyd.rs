@@ -9,6 +9,7 @@ use crate::distance::squared_distance;
 use crate::points::{CenterRule, Points};
 use crate::seeding::Seeds;
 use crate::settings::KMeansSettings;
+use crate::vector_unit::{Kernel, vectorized};
 
 /// The state of one restart.
 ///
@@ -82,19 +83,23 @@ impl<'a> Lloyd<'a> {
             .sum()
     }
 
+    #[inline(always)]
     fn center(&self, j: usize) -> &[f32] {
         &self.centers[j * self.points.dim..][..self.points.dim]
     }
 
+    #[inline(always)]
     fn own(&self, row: usize) -> usize {
         self.assignment[row] as usize
     }
 
+    #[inline(always)]
     fn distance(&self, row: usize, j: usize) -> f32 {
         squared_distance(self.points.row(row), self.center(j)).sqrt()
     }
 
     /// Adds `sign` times a row's points to the sum of cluster `j`.
+    #[inline(always)]
     fn add_to_sum(&mut self, row: usize, j: usize, sign: f64) {
         let weight = self.points.weights[row];
         let dim = self.points.dim;
@@ -111,6 +116,7 @@ impl<'a> Lloyd<'a> {
         };
     }
 
+    #[inline(always)]
     fn change_cluster(&mut self, row: usize, to: usize) {
         self.add_to_sum(row, self.own(row), -1.0);
         self.add_to_sum(row, to, 1.0);
@@ -195,6 +201,11 @@ impl<'a> Lloyd<'a> {
 
     /// Assigns every row to its nearest center. Returns whether any row changed its cluster.
     fn reassign(&mut self) -> bool {
+        vectorized(Reassignment(self))
+    }
+
+    #[inline(always)]
+    fn reassign_rows(&mut self) -> bool {
         let gaps = self.half_gaps();
         let mut any_changed = false;
         for row in 0..self.points.n_rows() {
@@ -213,6 +224,7 @@ impl<'a> Lloyd<'a> {
     }
 
     /// Half the distance between each two centers; on the diagonal, half of that to the nearest other center.
+    #[inline(always)]
     fn half_gaps(&self) -> Vec<f32> {
         let mut gaps = vec![f32::INFINITY; self.k * self.k];
         for a in 0..self.k {
@@ -226,6 +238,7 @@ impl<'a> Lloyd<'a> {
     }
 
     /// The nearest center of a row; among equals, the present one. Tightens the bounds of the row.
+    #[inline(always)]
     fn nearest_center(&mut self, row: usize, gaps: &[f32]) -> usize {
         let k = self.k;
         let mut nearest = self.own(row);
@@ -254,9 +267,22 @@ impl<'a> Lloyd<'a> {
     }
 
     /// Whether the bounds prove that center `j` is not nearer to the row than center `nearest` (lemma 1 of Elkan 2003).
+    #[inline(always)]
     fn is_ruled_out(&self, row: usize, j: usize, nearest: usize, gaps: &[f32]) -> bool {
         let upper = self.upper[row];
         upper <= self.lower[row * self.k + j] || upper <= gaps[nearest * self.k + j]
+    }
+}
+
+/// The loop that takes most of the time.
+struct Reassignment<'a, 'b>(&'b mut Lloyd<'a>);
+
+impl Kernel for Reassignment<'_, '_> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn run(self) -> bool {
+        self.0.reassign_rows()
     }
 }
 

@@ -22,14 +22,17 @@ pub(crate) struct Points<'a> {
 }
 
 impl Points<'_> {
+    #[inline(always)]
     pub(crate) fn n_rows(&self) -> usize {
         self.weights.len()
     }
 
+    #[inline(always)]
     pub(crate) fn row(&self, idx: usize) -> &[f32] {
         &self.values[idx * self.dim..][..self.dim]
     }
 
+    #[inline(always)]
     pub(crate) fn rows(&self) -> std::slice::ChunksExact<'_, f32> {
         self.values.chunks_exact(self.dim)
     }

@@ -6,6 +6,7 @@
 
 use crate::distance::squared_distance;
 use crate::points::Points;
+use crate::vector_unit::{Kernel, vectorized};
 use partprobe_carrier::Rng;
 use rand::Rng as _;
 
@@ -75,14 +76,29 @@ fn draw_rows(
 
 /// The squared distance of every row to each candidate, as one column per candidate.
 fn distances_to_candidates(points: &Points<'_>, candidates: &[usize]) -> Vec<Vec<f32>> {
-    let mut columns = vec![Vec::with_capacity(points.n_rows()); candidates.len()];
-    // Rows outside, candidates inside: a row is read from memory once.
-    for row in points.rows() {
-        for (column, &candidate) in columns.iter_mut().zip(candidates) {
-            column.push(squared_distance(row, points.row(candidate)));
+    vectorized(CandidateDistances { points, candidates })
+}
+
+struct CandidateDistances<'a> {
+    points: &'a Points<'a>,
+    candidates: &'a [usize],
+}
+
+impl Kernel for CandidateDistances<'_> {
+    type Output = Vec<Vec<f32>>;
+
+    #[inline(always)]
+    fn run(self) -> Vec<Vec<f32>> {
+        let Self { points, candidates } = self;
+        let mut columns = vec![vec![0.0; points.n_rows()]; candidates.len()];
+        // Rows outside, candidates inside: a row is read from memory once.
+        for (idx, row) in points.rows().enumerate() {
+            for (column, &candidate) in columns.iter_mut().zip(candidates) {
+                column[idx] = squared_distance(row, points.row(candidate));
+            }
         }
+        columns
     }
-    columns
 }
 
 /// The column whose candidate would leave the smallest sum of squared distances; the first of equals.

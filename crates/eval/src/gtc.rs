@@ -30,11 +30,8 @@ pub fn gtc(
 ) -> Result<Gtc, ScoreError> {
     ScoreError::check_tokens(token_of_point, embeddings.n_rows())?;
     let of_parts = Confusion::new(token_of_point, reference)?;
-    let n_parts = of_parts.reference_ids().len();
-    let directions: Vec<Vec<f64>> = (0..n_parts)
-        .map(|part| part_direction(embeddings, &of_parts, part))
-        .collect();
-
+    let all_tokens = |_: u32| true;
+    let directions = part_directions(embeddings, &of_parts, all_tokens);
     let nearest: Vec<u32> = embeddings
         .rows()
         .map(|row| nearest_direction(row, &directions))
@@ -43,11 +40,82 @@ pub fn gtc(
         .iter()
         .map(|&token| nearest[token as usize])
         .collect();
+    scores_of(&predicted, reference, of_parts.reference_ids())
+}
 
-    let confusion = Confusion::new(&predicted, reference)?;
-    let own_cluster: Vec<Option<usize>> = (0..n_parts as u32)
-        .map(|part| confusion.predicted_ids().binary_search(&part).ok())
+/// The same with two halves of the tokens: the points of each half go to the centers of the other half.
+///
+/// The tokens of each part are dealt out in turn, in their order; the part of a token is that of most of its points. So no
+/// point has a say in the center that it is compared with. A point whose part has no center in the other half is not
+/// scored: that of a part of one token. Returns `None` if no point is left.
+///
+/// # Errors
+/// As for [`gtc`].
+pub fn split_gtc(
+    embeddings: &Embeddings,
+    token_of_point: &[u32],
+    reference: &[i32],
+) -> Result<Option<Gtc>, ScoreError> {
+    ScoreError::check_tokens(token_of_point, embeddings.n_rows())?;
+    let of_parts = Confusion::new(token_of_point, reference)?;
+    let is_second = second_half(&of_parts, embeddings.n_rows());
+    let centers = [true, false].map(|side| {
+        part_directions(embeddings, &of_parts, |token| {
+            is_second[token as usize] == side
+        })
+    });
+
+    // The first half is scored by the centers of the second, and the other way round.
+    let nearest: Vec<u32> = (0..)
+        .zip(embeddings.rows())
+        .map(|(token, row)| nearest_direction(row, &centers[usize::from(is_second[token])]))
         .collect();
+    let parts = of_parts.reference_ids();
+    let has_center = |token: u32, label: i32| {
+        let part = parts.binary_search(&label);
+        part.is_ok_and(|part| centers[usize::from(is_second[token as usize])][part].is_some())
+    };
+    let mut scored = Vec::with_capacity(reference.len());
+    let mut predicted = Vec::with_capacity(reference.len());
+    for (&token, &label) in token_of_point.iter().zip(reference) {
+        if label >= 0 && has_center(token, label) {
+            scored.push(label);
+            predicted.push(nearest[token as usize]);
+        }
+    }
+    if scored.is_empty() {
+        return Ok(None);
+    }
+    scores_of(&predicted, &scored, parts).map(Some)
+}
+
+/// Whether each token is of the second half.
+fn second_half(of_parts: &Confusion, n_tokens: usize) -> Vec<bool> {
+    let n_parts = of_parts.reference_ids().len();
+    let mut is_second = vec![false; n_tokens];
+    let mut n_dealt = vec![0usize; n_parts];
+    for (column, &token) in of_parts.predicted_ids().iter().enumerate() {
+        // The lowest part in a tie.
+        let most = (0..n_parts)
+            .rev()
+            .max_by_key(|&part| of_parts.count(part, column));
+        if let Some(part) = most {
+            is_second[token as usize] = n_dealt[part] % 2 == 1;
+            n_dealt[part] += 1;
+        }
+    }
+    is_second
+}
+
+/// The scores of points that were given to parts, which are named by their index among `parts`.
+fn scores_of(predicted: &[u32], reference: &[i32], parts: &[i32]) -> Result<Gtc, ScoreError> {
+    let confusion = Confusion::new(predicted, reference)?;
+    let own_cluster = |label: &i32| {
+        let part = parts.partition_point(|part| part < label) as u32;
+        confusion.predicted_ids().binary_search(&part).ok()
+    };
+    let own_cluster: Vec<Option<usize>> =
+        confusion.reference_ids().iter().map(own_cluster).collect();
     let scores = shape_scores(&confusion, &own_cluster);
     Ok(Gtc {
         accuracy: scores.accuracy,
@@ -55,12 +123,30 @@ pub fn gtc(
     })
 }
 
+/// The direction of each part by the tokens that `is_counted` names, or `None` for a part without a point in them.
+fn part_directions(
+    embeddings: &Embeddings,
+    of_parts: &Confusion,
+    is_counted: impl Fn(u32) -> bool,
+) -> Vec<Option<Vec<f64>>> {
+    (0..of_parts.reference_ids().len())
+        .map(|part| part_direction(embeddings, of_parts, part, &is_counted))
+        .collect()
+}
+
 /// The direction of the mean embedding of a part; `of_parts` counts the points of the parts by token.
-fn part_direction(embeddings: &Embeddings, of_parts: &Confusion, part: usize) -> Vec<f64> {
+fn part_direction(
+    embeddings: &Embeddings,
+    of_parts: &Confusion,
+    part: usize,
+    is_counted: impl Fn(u32) -> bool,
+) -> Option<Vec<f64>> {
     let mut sum = vec![0.0; embeddings.dim()];
+    let mut has_points = false;
     for (column, &token) in of_parts.predicted_ids().iter().enumerate() {
         let count = of_parts.count(part, column);
-        if count > 0 {
+        if count > 0 && is_counted(token) {
+            has_points = true;
             for (sum, &x) in sum.iter_mut().zip(embeddings.row(token as usize)) {
                 *sum += count as f64 * f64::from(x);
             }
@@ -71,14 +157,17 @@ fn part_direction(embeddings: &Embeddings, of_parts: &Confusion, part: usize) ->
     if norm > 0.0 {
         sum.iter_mut().for_each(|x| *x /= norm);
     }
-    sum
+    has_points.then_some(sum)
 }
 
 /// The index of the direction with the largest scalar product; the first of equals.
-fn nearest_direction(row: &[f32], directions: &[Vec<f64>]) -> u32 {
+fn nearest_direction(row: &[f32], directions: &[Option<Vec<f64>>]) -> u32 {
     let mut nearest = 0;
     let mut largest = f64::NEG_INFINITY;
     for (index, direction) in (0..).zip(directions) {
+        let Some(direction) = direction else {
+            continue;
+        };
         let product: f64 = row
             .iter()
             .zip(direction)
@@ -130,6 +219,26 @@ mod tests {
                 n_predicted: 1,
                 n_reference: 0
             })
+        );
+    }
+
+    #[test]
+    fn the_centers_of_a_half_are_those_of_the_other() {
+        // Part 0 has tokens at 0° and 40°, part 1 at 90° and 100°, part 2 a single one at 45°.
+        let row = |degrees: f32| [degrees.to_radians().cos(), degrees.to_radians().sin()];
+        let embeddings = Embeddings::from_rows([0.0, 40.0, 90.0, 100.0, 45.0].map(row));
+        let (tokens, reference) = ([0, 1, 2, 3, 4, 4], [0, 0, 1, 1, 2, 2]);
+        // The token at 40° goes to the center of part 2 in its half, which no token of the other half has.
+        let found = split_gtc(&embeddings, &tokens, &reference)
+            .unwrap()
+            .unwrap();
+        assert!((found.accuracy - 0.75).abs() < 1e-12, "{found:?}");
+        assert!((found.miou - (0.5 + 1.0) / 2.0).abs() < 1e-12, "{found:?}");
+        // By its own token alone, part 0 would win all.
+        assert_eq!(split_gtc(&embeddings, &tokens[4..], &[0, 0]), Ok(None));
+        assert_eq!(
+            split_gtc(&embeddings, &[0], &[-1]),
+            Err(ScoreError::NothingLabeled)
         );
     }
 

@@ -24,7 +24,9 @@
 //! It does not train, opens no file and prints nothing. Clusters come from `partprobe-cluster`.
 
 mod agreement;
+mod best_cut;
 mod bootstrap;
+mod boundary;
 mod confusion;
 mod expectation;
 mod false_alarms;
@@ -36,6 +38,7 @@ mod metric;
 mod metrics;
 mod oracle_k;
 mod paired;
+mod probe;
 mod report;
 mod score_row;
 mod scores;
@@ -51,21 +54,25 @@ pub use agreement::{
     agreement, agreement_tables, card_tables, label_borders, length_of_borders, n_merges, n_splits,
     size_entropy, statistic,
 };
+pub use best_cut::best_cut_ari;
 pub use bootstrap::{Bootstrap, Interval};
+pub use boundary::{BOUNDARY_RADIUS, near_boundary};
 pub use confusion::{Confusion, ScoreError};
 pub use expectation::{ExpectationError, ExpectationOutcome, Expectations, TrainingFigures};
 pub use false_alarms::{FalseAlarms, false_alarms};
-pub use gtc::{Gtc, gtc};
+pub use gtc::{Gtc, gtc, split_gtc};
 pub use junit::junit_xml;
 pub use k_bin::KBin;
 pub use matching::{Matching, match_clusters};
 pub use metric::{Metric, ScoredShape};
 pub use metrics::{
-    ACCURACY, ARI, BEST_OVERLAP_MIOU, COUNT_ERROR, GTC_ACCURACY, GTC_MIOU, METRICS, MIOU, PAIR_AUC,
-    PANOPTIC_QUALITY,
+    ACCURACY, ARI, ASA, BEST_CUT_ARI, BEST_OVERLAP_MIOU, BOUNDARY_ACCURACY, COUNT_ERROR,
+    GTC_ACCURACY, GTC_MIOU, METRICS, MIOU, MIOU_LARGE, PAIR_AUC, PANOPTIC_QUALITY,
+    SPLIT_GTC_ACCURACY, SPLIT_GTC_MIOU,
 };
 pub use oracle_k::{OracleError, OracleScores, TokenizedShape, score_oracle_k};
 pub use paired::Difference;
+pub use probe::{ProbeScore, ProbeScores, probe};
 pub use report::RunReport;
 pub use score_row::ScoreRow;
 pub use scores::{ShapeScores, clusters_of_labels, score_clusters};
@@ -76,6 +83,6 @@ pub use split::{
 };
 pub use tables::{
     BinMean, DOSE_KINDS, DifferenceRow, DoseCurve, DoseKind, DosePoint, Endpoint, EndpointError,
-    TableRow, TableSettings, Tables, labels_row, tables,
+    HomeAdvantage, TableRow, TableSettings, Tables, labels_row, tables,
 };
 pub use verdict::{LOOK_LIMITS, Look, Needed, Verdict, VerdictError, VerdictSettings, look};

@@ -19,8 +19,39 @@ pub struct ScoredShape<'a> {
     pub embeddings: &'a Embeddings,
     /// The scores under the matching of clusters to parts.
     pub matched: ShapeScores,
-    /// The scores of the nearest ground-truth centroid (GTc), or `None` without a network.
+    /// The scores of the nearest ground-truth centroid (GTc), or `None` without embeddings.
     pub gtc: Option<Gtc>,
+    /// The same with centers from the other half of the tokens ([`split_gtc`](crate::split_gtc)), if there are any.
+    pub split_gtc: Option<Gtc>,
+    /// The best cut of the average-link tree of the embeddings ([`best_cut_ari`](crate::best_cut_ari)), or `None` if it was
+    /// not computed.
+    pub best_cut_ari: Option<f64>,
+    /// Whether each point is near a boundary ([`near_boundary`](crate::near_boundary)), or `None` if positions are not known.
+    pub near_boundary: Option<&'a [bool]>,
+}
+
+impl<'a> ScoredShape<'a> {
+    /// Clusters that no embeddings were divided for, or whose embeddings are not scored.
+    #[must_use]
+    pub fn of_clusters(
+        predicted: &'a [u32],
+        reference: &'a [i32],
+        token_of_point: &'a [u32],
+        embeddings: &'a Embeddings,
+        matched: ShapeScores,
+    ) -> Self {
+        Self {
+            predicted,
+            reference,
+            token_of_point,
+            embeddings,
+            matched,
+            gtc: None,
+            split_gtc: None,
+            best_cut_ari: None,
+            near_boundary: None,
+        }
+    }
 }
 
 /// A number that says how well the clusters or the embeddings of a shape meet its reference parts.
@@ -33,7 +64,7 @@ pub struct Metric {
     pub name: &'static str,
     /// The heading in tables.
     pub heading: &'static str,
-    /// Computes the value, or `None` if the shape has none, for example without a network.
+    /// Computes the value, or `None` if the shape has none, for example without embeddings.
     pub value: fn(&ScoredShape<'_>) -> Option<f64>,
 }
 

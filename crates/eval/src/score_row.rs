@@ -99,7 +99,9 @@ mod tests {
         let expected = concat!(
             r#"{"shape":"a__b","supervision":"no-network","seed":3,"reference":"step-parts","clusterer":"k-means","#,
             r#""k":4,"miou":0.5,"accuracy":0.75,"gtc_accuracy":null,"gtc_miou":null,"#,
-            r#""best_overlap_miou":null,"ari":null,"pq":null,"pair_auc":null,"count_error":null,"group":"a__b"}"#
+            r#""best_overlap_miou":null,"miou_large":null,"boundary_accuracy":null,"split_gtc_accuracy":null,"#,
+            r#""split_gtc_miou":null,"ari":null,"best_cut_ari":null,"pq":null,"pair_auc":null,"asa":null,"#,
+            r#""count_error":null,"group":"a__b"}"#
         );
         assert_eq!(line, expected);
         assert_eq!(serde_json::from_str::<ScoreRow>(&line).unwrap(), row);

@@ -38,14 +38,8 @@ fn row(shape: &str, predicted: &[u32], reference: &[i32]) -> ScoreRow {
     let token_of_point: Vec<u32> = (0..predicted.len() as u32).collect();
     let embeddings = Embeddings::new(1, vec![1.0; predicted.len()]).unwrap();
     let matched = score_clusters(predicted, reference).unwrap();
-    let scored = ScoredShape {
-        predicted,
-        reference,
-        token_of_point: &token_of_point,
-        embeddings: &embeddings,
-        matched,
-        gtc: None,
-    };
+    let scored =
+        ScoredShape::of_clusters(predicted, reference, &token_of_point, &embeddings, matched);
 
     let mut scores = scored.scores();
     scores.extend((PURE_POINTS.value)(&scored).map(|value| (PURE_POINTS, value)));
@@ -87,6 +81,7 @@ fn a_metric_of_another_crate_is_written_and_averaged_like_those_of_the_list() {
             seed: 0,
             least_groups: 2,
         },
+        footer: Vec::new(),
     };
     let tables = tables(&rows, &settings);
     assert_eq!(tables.rows[0].means[&PURE_POINTS], 0.75);

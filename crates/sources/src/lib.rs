@@ -33,7 +33,9 @@
 //! their bytes.
 
 mod basis;
+mod capped;
 mod cone_fit;
+mod controls;
 mod degraded;
 mod dihedral_grow;
 mod face_rules;
@@ -61,6 +63,7 @@ mod triangle_normal;
 mod vsa;
 mod ward;
 
+pub use controls::{CONTROLS, SourceControl};
 pub use factory::{BoxedSource, NumberedRule, Rule, SourceContext, SourceFactory};
 pub use label_files::{FileError, PathKind, SourceFiles};
 pub use pieces::{PieceLabels, Pieces};

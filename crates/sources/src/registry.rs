@@ -2,6 +2,7 @@
 //!
 //! A new source is one file beside this one, its `mod` line in `lib.rs`, and one line in [`SOURCES`].
 
+use crate::controls::{CONTROLS, SourceControl};
 use crate::factory::{BoxedSource, SourceContext, SourceFactory};
 use crate::source::SourceError;
 use crate::{
@@ -70,16 +71,21 @@ pub fn source_among<'a>(
     name: &str,
     context: &SourceContext,
 ) -> Result<BoxedSource, SourceError> {
+    let factories: Vec<&SourceFactory> = factories.into_iter().collect();
     let mut refusal = None;
     let mut known = Vec::new();
-    for factory in factories {
+    for factory in &factories {
         match factory.make(name, context) {
             Some(Ok(source)) => return Ok(source),
             // A later pattern may fit better: `ward-match` begins as `ward-<K>` does.
             Some(Err(error)) => refusal = refusal.or(Some(error)),
-            None => known.push(factory.pattern()),
+            None => known.push(factory.pattern().to_owned()),
         }
     }
+    if let Some((control, other)) = SourceControl::of_name(name) {
+        return source_among(factories, other, context).map(|other| control.of(other));
+    }
+    known.extend(CONTROLS.iter().map(SourceControl::pattern));
     Err(refusal.unwrap_or_else(|| SourceError::Unknown {
         name: name.to_owned(),
         known: known.join(", "),
@@ -188,6 +194,22 @@ pub(crate) mod tests {
             n_checked += 1;
         }
         assert!(n_checked > SOURCES.len() / 2);
+    }
+
+    #[test]
+    fn a_control_is_named_by_the_source_that_it_follows() {
+        for name in [
+            "step-merged-to-ward-20",
+            "step-split-to-normal-kmeans-20",
+            "capped-brep-face",
+            "capped-step-split-to-ward-match",
+        ] {
+            assert_eq!(source_named(name).unwrap().name(), name);
+        }
+        check_refused("capped-nothing", "`nothing` is not a label source");
+        check_refused("capped-ward-0", "put a whole number from 1 to 1000");
+        check_refused("capped-", "`capped-` is not a label source");
+        assert!(face_source_named("step-merged-to-ward-20").is_ok());
     }
 
     #[test]

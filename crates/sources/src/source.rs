@@ -42,6 +42,7 @@ pub struct SourceLabels {
     of_faces: Option<LabelLayer>,
     of_points: Option<Arc<dyn PointRule>>,
     origin: Option<Origin>,
+    class_of_face: Option<Arc<[Option<String>]>>,
 }
 
 /// Where labels come from that no rule of this crate made.
@@ -62,6 +63,7 @@ impl SourceLabels {
             of_faces: None,
             of_points: None,
             origin: None,
+            class_of_face: None,
         }
     }
 
@@ -77,6 +79,7 @@ impl SourceLabels {
             of_faces: Some(of_faces.of_triangle().to_vec().into()),
             of_points: None,
             origin: None,
+            class_of_face: None,
         }
     }
 
@@ -111,6 +114,7 @@ impl SourceLabels {
             of_faces: None,
             of_points: Some(rule),
             origin: None,
+            class_of_face: None,
         }
     }
 
@@ -121,10 +125,29 @@ impl SourceLabels {
         self
     }
 
+    /// The same labels with the class of each face, by a name that means the same in all shapes.
+    #[must_use]
+    pub fn with_classes(mut self, class_of_face: Vec<Option<String>>) -> Self {
+        self.class_of_face = Some(class_of_face.into());
+        self
+    }
+
+    /// The class of each face, or `None` if the labels mean something in their own shape only.
+    #[must_use]
+    pub fn classes(&self) -> Option<&[Option<String>]> {
+        self.class_of_face.as_deref()
+    }
+
     /// Where the labels come from, or `None` if a rule made them from the carrier alone.
     #[must_use]
     pub fn origin(&self) -> Option<&Origin> {
         self.origin.as_ref()
+    }
+
+    /// The rule that labels points by their positions, or `None` if labels are constant on triangles.
+    #[must_use]
+    pub(crate) fn point_rule(&self) -> Option<&Arc<dyn PointRule>> {
+        self.of_points.as_ref()
     }
 
     /// How many different labels the triangles have.

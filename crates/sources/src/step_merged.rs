@@ -12,11 +12,7 @@ pub(crate) const STEP_MERGED: SourceFactory = SourceFactory::numbered_rule(
     "step-merged-<K>",
     "step-parts with random neighbors merged, at most K labels",
     1..=1000,
-    |carrier, n_max, seed| {
-        let parts = step_parts(carrier);
-        let merged = merged_parts(carrier, &parts, n_max, seed);
-        Ok(SourceLabels::on_partition(carrier.mesh(), &merged))
-    },
+    |carrier, n_max, seed| Ok(merged_to(carrier, n_max, seed)),
 )
 .labeling_faces()
 .needing(ShapeKind::Brep);
@@ -37,6 +33,13 @@ pub(crate) const STEP_MERGED_SHARE: SourceFactory = SourceFactory::numbered_rule
 )
 .labeling_faces()
 .needing(ShapeKind::Brep);
+
+/// STEP-Parts of which neighbors are merged until at most `n_max` are left.
+pub(crate) fn merged_to(carrier: &Carrier, n_max: u32, seed: u64) -> SourceLabels {
+    let parts = step_parts(carrier);
+    let merged = merged_parts(carrier, &parts, n_max, seed);
+    SourceLabels::on_partition(carrier.mesh(), &merged)
+}
 
 /// How many parts a share of merges leaves.
 fn n_left(n_parts: u32, percent: u32) -> u32 {

@@ -21,13 +21,16 @@ pub(crate) const STEP_SPLIT: SourceFactory = SourceFactory::numbered_rule(
     "step-split-<K>",
     "step-parts with random parts cut by random planes until there are K",
     1..=1000,
-    |carrier, n_wanted, seed| {
-        let mut rng = keyed_rng(seed, &["step-split", &carrier.meta().id]);
-        let rule = SplitParts::new(carrier, n_wanted, &mut rng);
-        Ok(SourceLabels::on_points(carrier.mesh(), Arc::new(rule)))
-    },
+    |carrier, n_wanted, seed| Ok(split_to(carrier, n_wanted, seed)),
 )
 .needing(ShapeKind::Brep);
+
+/// STEP-Parts of which pieces are cut until there are `n_wanted`.
+pub(crate) fn split_to(carrier: &Carrier, n_wanted: u32, seed: u64) -> SourceLabels {
+    let mut rng = keyed_rng(seed, &["step-split", &carrier.meta().id]);
+    let rule = SplitParts::new(carrier, n_wanted, &mut rng);
+    SourceLabels::on_points(carrier.mesh(), Arc::new(rule))
+}
 
 /// A plane that divides one piece of surface.
 #[derive(Clone, Copy, Debug)]

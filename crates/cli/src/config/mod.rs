@@ -5,6 +5,7 @@
 
 mod clusterer_name;
 mod difference;
+mod endpoint;
 mod kernel_options;
 mod merge;
 mod metric_name;
@@ -16,6 +17,8 @@ mod training_tables;
 
 pub(crate) use clusterer_name::ClustererName;
 pub(crate) use difference::{Difference, differences, listed};
+#[cfg(feature = "train")]
+pub(crate) use endpoint::{EndpointConfig, EndpointNormals, EndpointShapes};
 pub(crate) use merge::{LoadedConfig, load, shipped_names};
 pub(crate) use metric_name::MetricName;
 #[cfg(feature = "train")]

@@ -1,6 +1,7 @@
 //! Defines the typed settings, one table per stage. `configs/base.toml` documents each value, and it is not repeated
 //! here.
 
+use super::endpoint::EndpointConfig;
 use super::training_tables::{
     AugmentConfig, LossConfig, NetConfig, NoFault, OptimConfig, TokenConfig,
 };
@@ -37,6 +38,9 @@ pub(crate) struct Config {
     pub(crate) eval: EvalConfig,
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub(crate) sources: BTreeMap<String, SourceTable>,
+    /// Conditions under which the backbones are scored again.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(crate) endpoints: Vec<EndpointConfig>,
     #[serde(default)]
     pub(crate) expect: BTreeMap<String, String>,
 }
@@ -285,6 +289,16 @@ impl Config {
         self.train.check()?;
         for (name, table) in &self.sources {
             table.check(name)?;
+        }
+        for (idx, endpoint) in self.endpoints.iter().enumerate() {
+            endpoint.check()?;
+            ensure!(
+                self.endpoints[..idx]
+                    .iter()
+                    .all(|other| other.name != endpoint.name),
+                "endpoints: two have the name `{}`",
+                endpoint.name
+            );
         }
         let known_clusterers = ClustererFactory::known_names();
         ensure!(

@@ -6,12 +6,12 @@
 
 #[cfg(feature = "train")]
 pub(crate) use partprobe_net::{
-    AugmentConfig, LossConfig, NetConfig, NoFault, OptimConfig, TokenConfig,
+    AugmentConfig, LossConfig, NetConfig, NoFault, OptimConfig, TokenConfig, Voxels,
 };
 
 #[cfg(not(feature = "train"))]
 pub(crate) use without_training::{
-    AugmentConfig, LossConfig, NetConfig, NoFault, OptimConfig, TokenConfig,
+    AugmentConfig, LossConfig, NetConfig, NoFault, OptimConfig, TokenConfig, Voxels,
 };
 
 #[cfg(not(feature = "train"))]
@@ -34,6 +34,8 @@ mod without_training {
     pub(crate) type OptimConfig = Unused;
     /// The augmentation.
     pub(crate) type AugmentConfig = Unused;
+    /// How points become tokens.
+    pub(crate) type Voxels = Unused;
     /// A setting of earlier versions.
     pub(crate) type NoFault = Unused;
 

@@ -3,13 +3,13 @@
 //! A shape and a reference go in, rows of scores come out. Nothing here is trained. A network that does not beat
 //! `growing-20` has added nothing to geometry, and none can beat `token-ceiling`.
 
-use super::evaluation::{clusters_array, column_names, member_name, score_row, write_npz};
-use super::folder::RunFolder;
+use super::evaluation::{clusters_array, member_name, score_columns, score_row};
+use super::scoring_place::ScoringPlace;
 use super::shapes::Shape;
 use crate::config::{ClustererName, Config};
 use crate::progress::Progress;
 use anyhow::{Context, Result};
-use partprobe_carrier::{Embeddings, Point, nearest_points};
+use partprobe_carrier::{Embeddings, Point, keyed_rng, nearest_points, unit_interval};
 use partprobe_cluster::{RegionGrowing, Regions};
 use partprobe_eval::{
     ScoreRow, ScoredShape, TokenizedShape, clusters_of_labels, labels_row, score_clusters,
@@ -36,13 +36,16 @@ const TOKEN_CEILING: &str = "token-ceiling";
 /// The clusterer on embeddings that tell the parts apart perfectly, but for what tokens mix.
 const PERFECT: &str = "perfect-embeddings";
 
+/// The labels of the points, dealt out again at random: what a prediction of the right sizes that knows nothing scores.
+const SHUFFLED: &str = "shuffled-labels";
+
 /// The names of all rows of a run.
 pub(super) fn bound_names(config: &Config) -> Vec<String> {
     let sources = config.compare.supervision.iter();
     let growing = GROWING.iter().map(|(name, _)| (*name).to_owned());
     growing
         .chain(sources.map(|source| labels_row(source)))
-        .chain([TOKEN_CEILING, PERFECT].map(str::to_owned))
+        .chain([SHUFFLED, TOKEN_CEILING, PERFECT].map(str::to_owned))
         .collect()
 }
 
@@ -53,8 +56,7 @@ pub(super) fn bound_names(config: &Config) -> Vec<String> {
 /// # Errors
 /// If a shape cannot be cut into tokens, clustered or scored, or a file cannot be written.
 pub(super) fn bounds(
-    folder: &RunFolder,
-    config: &Config,
+    place: &ScoringPlace<'_>,
     shapes: &[&Shape],
     progress: &Progress,
 ) -> Result<Vec<ScoreRow>> {
@@ -62,7 +64,7 @@ pub(super) fn bounds(
     let rows: Vec<Vec<ScoreRow>> = shapes
         .par_iter()
         .map(|shape| {
-            let rows = bounds_of_shape(folder, config, shape);
+            let rows = bounds_of_shape(place, shape);
             bar.inc(1);
             rows.with_context(|| format!("scoring shape {}", shape.id))
         })
@@ -71,22 +73,28 @@ pub(super) fn bounds(
     Ok(rows.concat())
 }
 
-fn bounds_of_shape(folder: &RunFolder, config: &Config, shape: &Shape) -> Result<Vec<ScoreRow>> {
+fn bounds_of_shape(place: &ScoringPlace<'_>, shape: &Shape) -> Result<Vec<ScoreRow>> {
+    let config = place.config;
     let bounded = BoundedShape::new(shape, config)?;
-    let columns = column_names(config);
+    let columns = score_columns(config);
     let seed = config.compare.seeds[0];
     let mut rows = Vec::new();
     let mut files: BTreeMap<String, Vec<(String, Array)>> = BTreeMap::new();
-    for reference in config.references() {
-        let labels = shape.labels_by(&reference)?;
-        let without_clusterer = bounded.predictions(&reference, config)?;
-        for (idx, (column, clusterer)) in columns.iter().enumerate() {
-            let perfect = bounded.perfect(labels, *clusterer, config)?;
+    for reference in &place.references {
+        let labels = shape.labels_by(reference)?;
+        let without_clusterer = bounded.predictions(reference, config)?;
+        let near_boundary = place.boundaries.of(&shape.id, reference);
+        for (idx, column) in columns.iter().enumerate() {
+            let perfect = bounded.perfect(labels, column.clusterer, config)?;
             for (name, predicted) in without_clusterer.iter().chain([&perfect]) {
-                let scored = bounded.scored(predicted, labels)?;
-                rows.push(score_row((name, seed), shape, &reference, column, &scored));
+                let scored = ScoredShape {
+                    near_boundary,
+                    ..bounded.scored(predicted, labels)?
+                };
+                let names = (name.as_str(), seed);
+                rows.push(score_row(names, shape, reference, &column.name, &scored));
                 let member = (
-                    member_name(&reference, idx, column),
+                    member_name(reference, idx, &column.name),
                     clusters_array(predicted),
                 );
                 files.entry(name.clone()).or_default().push(member);
@@ -94,11 +102,7 @@ fn bounds_of_shape(folder: &RunFolder, config: &Config, shape: &Shape) -> Result
         }
     }
     for (name, members) in files {
-        write_npz(
-            folder,
-            &format!("predictions/{name}-{seed}/{}.npz", shape.id),
-            members,
-        )?;
+        place.write_predictions(&format!("{name}-{seed}/{}", shape.id), members)?;
     }
     Ok(rows)
 }
@@ -153,26 +157,29 @@ impl<'a> BoundedShape<'a> {
 
         let others = config.compare.supervision.iter();
         for source in others.filter(|&source| source != reference) {
-            let clusters = clusters_of_labels(self.shape.labels_by(source)?);
-            predictions.push((labels_row(source), clusters));
+            // An endpoint on other shapes may do without the labels of a supervision.
+            if let Some(labels) = self.shape.labels().get(source) {
+                predictions.push((labels_row(source), clusters_of_labels(labels)));
+            }
         }
 
         let of_tokens = self.tokens.majority_labels(labels);
         let of_points = self.tokens.token_of_point.iter();
         let ceiling: Vec<i32> = of_points.map(|&token| of_tokens[token as usize]).collect();
         predictions.push((TOKEN_CEILING.to_owned(), clusters_of_labels(&ceiling)));
+        let shuffled = shuffled(labels, config.eval.seed, &self.shape.id);
+        predictions.push((SHUFFLED.to_owned(), clusters_of_labels(&shuffled)));
         Ok(predictions)
     }
 
     fn scored<'b>(&'b self, predicted: &'b [u32], labels: &'b [i32]) -> Result<ScoredShape<'b>> {
-        Ok(ScoredShape {
+        Ok(ScoredShape::of_clusters(
             predicted,
-            reference: labels,
-            token_of_point: &self.tokens.token_of_point,
-            embeddings: &self.geometry,
-            matched: score_clusters(predicted, labels)?,
-            gtc: None,
-        })
+            labels,
+            &self.tokens.token_of_point,
+            &self.geometry,
+            score_clusters(predicted, labels)?,
+        ))
     }
 
     /// The row of a clusterer that knows the number of parts, on one unit vector per part.
@@ -195,6 +202,17 @@ impl<'a> BoundedShape<'a> {
     }
 }
 
+/// The same labels in a random order, by seed and shape.
+fn shuffled(labels: &[i32], seed: u64, shape: &str) -> Vec<i32> {
+    let mut rng = keyed_rng(seed, &[SHUFFLED, shape]);
+    let mut labels = labels.to_vec();
+    for end in (1..labels.len()).rev() {
+        let other = (unit_interval(&mut rng) * (end + 1) as f64) as usize;
+        labels.swap(end, other.min(end));
+    }
+    labels
+}
+
 /// One unit vector per label; tokens without a label share one.
 fn one_hot(labels: &[i32]) -> Result<Embeddings> {
     let mut distinct: Vec<i32> = labels.to_vec();
@@ -214,6 +232,17 @@ fn one_hot(labels: &[i32]) -> Result<Embeddings> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn shuffled_labels_are_the_same_ones() {
+        let labels: Vec<i32> = (0..500).map(|point| point / 100 - 1).collect();
+        let found = shuffled(&labels, 0, "a");
+        assert_ne!(found, labels);
+        assert_ne!(found, shuffled(&labels, 0, "b"));
+        let mut sorted = found;
+        sorted.sort_unstable();
+        assert_eq!(sorted, labels);
+    }
 
     #[test]
     fn labels_become_axes() {

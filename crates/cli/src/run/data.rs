@@ -7,6 +7,7 @@ use super::execution::Execution;
 use super::folder::RunFolder;
 use super::manifest::{MANIFEST_FILE, manifest_of, note_absent, read_manifest};
 use super::shapes::{Points, Shape, ShapeIdentity, ShapeLoader};
+use super::source_card::has_card;
 use super::split_file::SplitFile;
 use super::training_job::{TrainingData, keys_of};
 use super::training_shapes::{Redraw, TrainingShapes, draw};
@@ -129,7 +130,10 @@ pub(crate) fn prepare(
     execution: &Execution,
     points: Points,
 ) -> Result<RunData> {
-    let loader = ShapeLoader::new(dataset, config, points)?;
+    let mut loader = ShapeLoader::new(dataset, config, points)?;
+    if !has_card(folder) {
+        loader = loader.measuring();
+    }
     let (split_file, shapes) = match SplitFile::read(folder, config)? {
         Some(file) => load_again(file, loader, execution)?,
         None => split_anew(&loader, folder, execution)?,

@@ -1,12 +1,17 @@
 //! Evaluates held-out shapes: embedding, clustering, scoring, and the files that let anybody score again.
 
 use super::folder::RunFolder;
+use super::scoring_place::ScoringPlace;
 use super::shapes::Shape;
 use crate::config::{ClustererName, Config, EvalConfig};
 use crate::progress::Progress;
 use anyhow::{Context, Result};
-use partprobe_carrier::Embeddings;
-use partprobe_eval::{OracleScores, ScoreRow, ScoredShape, TokenizedShape, gtc, score_oracle_k};
+use partprobe_carrier::{Embeddings, PointSample};
+use partprobe_cluster::AverageLinkTree;
+use partprobe_eval::{
+    OracleScores, ScoreRow, ScoredShape, TokenizedShape, best_cut_ari, gtc, score_oracle_k,
+    split_gtc,
+};
 use partprobe_formats::{Array, Compression, arrays_to_npz};
 use partprobe_net::{Model, RefineConfig, TokenConfig, Tokens};
 use rayon::prelude::*;
@@ -16,12 +21,36 @@ pub(crate) const UNTRAINED: &str = "untrained";
 /// The row of the clusterer on plain geometry.
 pub(crate) const NO_NETWORK: &str = "no-network";
 
+/// The row of the clusterer on random Fourier features of plain geometry.
+pub(crate) const RANDOM_FOURIER: &str = "random-fourier";
+
 /// What gives a token its embedding.
 pub(crate) enum Embedder<'a> {
     /// A network, trained or not.
     Network(&'a Model),
     /// ½·position and normal.
     Geometry,
+    /// Random Fourier features of the same, by a seed.
+    RandomFourier(u64),
+}
+
+impl Embedder<'_> {
+    /// The tokens of a shape, and their embeddings.
+    pub(super) fn embed(
+        &self,
+        sample: &PointSample,
+        config: &TokenConfig,
+    ) -> Result<(Tokens, Embeddings)> {
+        if let Self::Network(network) = self {
+            return Ok(network.embed_sample(sample, config)?);
+        }
+        let tokens = partprobe_net::tokenize(sample, config.test_tokens, config.voxels)?;
+        let rows = match self {
+            Self::RandomFourier(seed) => tokens.fourier_rows(*seed),
+            _ => tokens.geometry_rows(),
+        };
+        Ok((tokens, rows))
+    }
 }
 
 /// A row of the score table: what it is called and what embeds for it.
@@ -31,48 +60,78 @@ pub(crate) struct ScoredModel<'a> {
     pub(crate) embedder: Embedder<'a>,
 }
 
-/// A column of scores: a clusterer, and the embeddings that it divides.
-struct ScoreColumn<'a> {
+/// A column of scores: a clusterer, and which embeddings it divides.
+pub(super) struct ScoreColumn {
     /// `k-means`, or `mean-shift+k-means` behind the layer `net.refine`.
-    name: String,
-    clusterer: ClustererName,
-    embeddings: &'a Embeddings,
-}
-
-/// The names of the columns, each with its clusterer.
-pub(super) fn column_names(config: &Config) -> Vec<(String, ClustererName)> {
-    let none = Embeddings::from_rows([[0.0]; 0]);
-    let layer = config.net.refine.as_ref().map(RefineConfig::name);
-    let columns = score_columns(
-        &config.eval.clusterers,
-        &none,
-        layer.map(|name| (name, &none)),
-    );
-    columns
-        .into_iter()
-        .map(|column| (column.name, column.clusterer))
-        .collect()
+    pub(super) name: String,
+    pub(super) clusterer: ClustererName,
+    is_refined: bool,
 }
 
 /// One column per clusterer, and one more per clusterer for the embeddings behind the layer that refines, if there is one.
-fn score_columns<'a>(
-    clusterers: &[ClustererName],
-    raw: &'a Embeddings,
-    refined: Option<(&str, &'a Embeddings)>,
-) -> Vec<ScoreColumn<'a>> {
-    let plain = clusterers.iter().map(|&clusterer| ScoreColumn {
+pub(super) fn score_columns(config: &Config) -> Vec<ScoreColumn> {
+    let clusterers = config.eval.clusterers.iter();
+    let plain = clusterers.clone().map(|&clusterer| ScoreColumn {
         name: clusterer.name().to_owned(),
         clusterer,
-        embeddings: raw,
+        is_refined: false,
     });
-    let behind = refined.into_iter().flat_map(|(layer, embeddings)| {
-        clusterers.iter().map(move |&clusterer| ScoreColumn {
+    let layer = config.net.refine.iter().map(RefineConfig::name);
+    let behind = layer.flat_map(|layer| {
+        clusterers.clone().map(move |&clusterer| ScoreColumn {
             name: format!("{layer}+{}", clusterer.name()),
             clusterer,
-            embeddings,
+            is_refined: true,
         })
     });
     plain.chain(behind).collect()
+}
+
+/// The best cut is looked for among at most this many tokens, evenly spaced in their order: the time grows with their square.
+const MAX_TOKENS_OF_TREE: usize = 512;
+
+/// Embeddings of one shape, with the tree of their merges, which no reference changes.
+struct Embedded {
+    rows: Embeddings,
+    tree: AverageLinkTree,
+}
+
+impl Embedded {
+    fn new(rows: Embeddings, tokens: &Tokens) -> Result<Self> {
+        let chosen = chosen_tokens(rows.n_rows());
+        let values = chosen.iter().flat_map(|&token| rows.row(token)).copied();
+        let of_tree = Embeddings::new(rows.dim(), values.collect())?;
+        let weights: Vec<u32> = chosen
+            .iter()
+            .map(|&token| tokens.multiplicity[token])
+            .collect();
+        let tree = AverageLinkTree::new(&of_tree, &weights)?;
+        Ok(Self { rows, tree })
+    }
+
+    /// The best cut against labels, over the points of the tokens that the tree has.
+    fn best_cut_ari(&self, tokens: &Tokens, labels: &[i32]) -> Option<f64> {
+        let chosen = chosen_tokens(self.rows.n_rows());
+        let mut row_of_token = vec![None; self.rows.n_rows()];
+        for (row, &token) in (0u32..).zip(&chosen) {
+            row_of_token[token] = Some(row);
+        }
+        let mut rows = Vec::new();
+        let mut reference = Vec::new();
+        for (&token, &label) in tokens.token_of_point.iter().zip(labels) {
+            if let Some(row) = row_of_token[token as usize] {
+                rows.push(row);
+                reference.push(label);
+            }
+        }
+        // Without a labeled point among them there is no cut to speak of.
+        best_cut_ari(&self.tree, &rows, &reference).ok()
+    }
+}
+
+fn chosen_tokens(n_tokens: usize) -> Vec<usize> {
+    let n_chosen = n_tokens.min(MAX_TOKENS_OF_TREE);
+    (0..n_chosen).map(|idx| idx * n_tokens / n_chosen).collect()
 }
 
 /// Clusters the tokens into as many groups as the reference has parts on the sampled points, and scores all points.
@@ -124,8 +183,7 @@ pub(crate) fn write_test_shapes(
 ///
 /// Rows come in the order of the shapes, then of the references.
 pub(crate) fn evaluate(
-    folder: &RunFolder,
-    config: &Config,
+    place: &ScoringPlace<'_>,
     model: &ScoredModel<'_>,
     shapes: &[&Shape],
     progress: &Progress,
@@ -137,7 +195,7 @@ pub(crate) fn evaluate(
     let rows: Vec<Vec<ScoreRow>> = shapes
         .par_iter()
         .map(|shape| {
-            let rows = evaluate_shape(folder, config, model, shape);
+            let rows = evaluate_shape(place, model, shape);
             bar.inc(1);
             rows.with_context(|| format!("scoring shape {}", shape.id))
         })
@@ -147,74 +205,69 @@ pub(crate) fn evaluate(
 }
 
 fn evaluate_shape(
-    folder: &RunFolder,
-    config: &Config,
+    place: &ScoringPlace<'_>,
     model: &ScoredModel<'_>,
     shape: &Shape,
 ) -> Result<Vec<ScoreRow>> {
-    let (tokens, embeddings) = match model.embedder {
-        Embedder::Network(network) => network.embed_sample(&shape.sample, &config.tokens)?,
-        Embedder::Geometry => {
-            let TokenConfig {
-                test_tokens,
-                voxels,
-                ..
-            } = config.tokens;
-            let tokens = partprobe_net::tokenize(&shape.sample, test_tokens, voxels)?;
-            let rows = tokens.geometry_rows();
-            (tokens, rows)
-        }
-    };
-    let place = format!("{}-{}/{}", model.supervision, model.seed, shape.id);
+    let config = place.config;
+    let (tokens, raw) = model.embedder.embed(&shape.sample, &config.tokens)?;
     let refine = config.net.refine.as_ref();
     let refined = refine
-        .map(|layer| layer.refined(&embeddings, &tokens.multiplicity))
+        .map(|layer| layer.refined(&raw, &tokens.multiplicity))
         .transpose()?;
-    let columns = score_columns(
-        &config.eval.clusterers,
-        &embeddings,
-        refine.map(RefineConfig::name).zip(refined.as_ref()),
-    );
+    let refined = refined
+        .map(|rows| Embedded::new(rows, &tokens))
+        .transpose()?;
+    let raw = Embedded::new(raw, &tokens)?;
+    let columns = score_columns(config);
 
     let mut members: Vec<(String, Array)> = Vec::new();
     let mut rows = Vec::new();
-    for reference in config.references() {
-        let labels = shape.labels_by(&reference)?;
-        let gtc = match model.embedder {
-            Embedder::Network(_) => Some(gtc(&embeddings, &tokens.token_of_point, labels)?),
-            Embedder::Geometry => None,
-        };
+    for reference in &place.references {
+        let labels = shape.labels_by(reference)?;
+        let of_tokens = &tokens.token_of_point;
+        let gtc = Some(gtc(&raw.rows, of_tokens, labels)?);
+        let split_gtc = split_gtc(&raw.rows, of_tokens, labels)?;
+        let best_cut = |embedded: &Embedded| embedded.best_cut_ari(&tokens, labels);
+        let [of_raw, of_refined] =
+            [Some(&raw), refined.as_ref()].map(|rows| rows.and_then(best_cut));
         for (idx, column) in columns.iter().enumerate() {
+            let (embedded, best_cut_ari) = match &refined {
+                Some(refined) if column.is_refined => (refined, of_refined),
+                _ => (&raw, of_raw),
+            };
             let found = score_against(
                 shape,
-                &reference,
+                reference,
                 &tokens,
-                column.embeddings,
+                &embedded.rows,
                 column.clusterer,
                 &config.eval,
             )?;
+            let clusters = ScoredShape::of_clusters(
+                &found.predicted,
+                labels,
+                of_tokens,
+                &embedded.rows,
+                found.scores,
+            );
             let scored = ScoredShape {
-                predicted: &found.predicted,
-                reference: labels,
-                token_of_point: &tokens.token_of_point,
-                embeddings: column.embeddings,
-                matched: found.scores,
                 gtc,
+                split_gtc,
+                best_cut_ari,
+                near_boundary: place.boundaries.of(&shape.id, reference),
+                ..clusters
             };
             let names = (model.supervision, model.seed);
-            rows.push(score_row(names, shape, &reference, &column.name, &scored));
-            let member = member_name(&reference, idx, &column.name);
+            rows.push(score_row(names, shape, reference, &column.name, &scored));
+            let member = member_name(reference, idx, &column.name);
             members.push((member, clusters_array(&found.predicted)));
         }
     }
-    write_npz(folder, &format!("predictions/{place}.npz"), members)?;
+    let name = format!("{}-{}/{}", model.supervision, model.seed, shape.id);
+    place.write_predictions(&name, members)?;
     if config.eval.embeddings {
-        write_embeddings(
-            folder,
-            &format!("embeddings/{place}.npz"),
-            &tokens,
-            &embeddings,
-        )?;
+        place.write_embeddings(&name, &tokens, &raw.rows)?;
     }
     Ok(rows)
 }

@@ -23,7 +23,7 @@ const RESULTS: [&str; 6] = [
     "report.html",
 ];
 /// The folders that an evaluation fills.
-const EVALUATED: [&str; 3] = ["test", "predictions", "embeddings"];
+const EVALUATED: [&str; 4] = ["test", "predictions", "embeddings", "endpoints"];
 
 /// A run's folder, which no other program works in. Every file in it is written whole, by rename; `log.jsonl` alone is
 /// appended to.

@@ -119,13 +119,16 @@ impl<'a> RunObserver<'a> {
         )?;
         let reference = shape.labels_by(self.job.supervision)?;
         let nearest = gtc(&embeddings, &tokens.token_of_point, reference)?;
-        let scored = ScoredShape {
-            predicted: &found.predicted,
+        let clusters = ScoredShape::of_clusters(
+            &found.predicted,
             reference,
-            token_of_point: &tokens.token_of_point,
-            embeddings: &embeddings,
-            matched: found.scores,
+            &tokens.token_of_point,
+            &embeddings,
+            found.scores,
+        );
+        let scored = ScoredShape {
             gtc: Some(nearest),
+            ..clusters
         };
         Ok(scored.scores())
     }

@@ -2,8 +2,9 @@
 
 use super::bounds::bound_names;
 use super::collisions::Collisions;
-use super::evaluation::{NO_NETWORK, UNTRAINED};
+use super::evaluation::{NO_NETWORK, RANDOM_FOURIER, UNTRAINED};
 use super::folder::RunFolder;
+use super::footer::footer;
 use super::stages::Run;
 use super::training_job::TrainingRecord;
 use crate::MISSED_BOUND;
@@ -36,7 +37,9 @@ pub(crate) fn checked_expectations(config: &Config) -> Result<Expectations> {
     let bounds = bound_names(config);
     let trained = config.compare.supervision.iter().chain(&bounds);
     let rows = trained.map(String::as_str);
-    let supervision: Vec<&str> = rows.chain([UNTRAINED, NO_NETWORK]).collect();
+    let supervision: Vec<&str> = rows
+        .chain([UNTRAINED, RANDOM_FOURIER, NO_NETWORK])
+        .collect();
     let references = config.references();
     expectations.check_names(
         &supervision,
@@ -46,13 +49,19 @@ pub(crate) fn checked_expectations(config: &Config) -> Result<Expectations> {
 }
 
 impl Run<'_> {
-    /// Writes `report.html`, `tables.*` and, last, `scores.jsonl`, prints the table, and checks the expectations.
+    /// Writes `report.html`, `tables.*` and, last, `scores.jsonl`, prints the table and those of the endpoints, and checks the
+    /// expectations.
     ///
     /// # Errors
     /// If a file cannot be written.
-    pub(crate) fn write_results(&self, rows: &[ScoreRow]) -> Result<ExitCode> {
+    pub(crate) fn write_results(
+        &self,
+        rows: &[ScoreRow],
+        endpoints: &[String],
+    ) -> Result<ExitCode> {
         let folder = self.folder;
-        let tables = tables(rows, &table_settings(self.config)?);
+        let footer = footer(self.config, &self.data.split_file.data_hash());
+        let tables = tables(rows, &table_settings(self.config, footer)?);
         let figures = training_figures(folder, self.config)?;
         let outcomes = checked_expectations(self.config)?.evaluate(&tables, &figures)?;
         let report = RunReport {
@@ -78,6 +87,7 @@ impl Run<'_> {
 
         // What was selected, and how labels collide in tokens, was said on stderr before the training.
         print_result(tables.to_markdown())?;
+        endpoints.iter().try_for_each(print_result)?;
         if let Some(text) = beside_paper {
             print_result(text)?;
         }
@@ -137,7 +147,7 @@ fn write_scores(folder: &RunFolder, rows: &[ScoreRow]) -> Result<()> {
 ///
 /// # Errors
 /// If a primary endpoint cannot be read.
-pub(crate) fn table_settings(config: &Config) -> Result<TableSettings> {
+pub(crate) fn table_settings(config: &Config, footer: Vec<String>) -> Result<TableSettings> {
     let compared = match config.compare.supervision.as_slice() {
         [first, others @ ..] => others
             .iter()
@@ -156,6 +166,7 @@ pub(crate) fn table_settings(config: &Config) -> Result<TableSettings> {
             seed: config.eval.seed,
             least_groups: Bootstrap::LEAST_GROUPS,
         },
+        footer,
     })
 }
 

@@ -3,10 +3,11 @@
 use crate::config::Config;
 use crate::label_sources::sources_named;
 use crate::points::points_of;
+use crate::source_rows::MeasuredSurface;
 use anyhow::{Result, anyhow};
 use partprobe_carrier::{Carrier, Descriptor, PointSample, ShapeKind, signature_of_carrier};
 use partprobe_dataset::{CarrierRef, Dataset, IndexEntry};
-use partprobe_eval::{ShapeKey, SplitCandidate};
+use partprobe_eval::{CardRow, ShapeKey, SplitCandidate};
 use partprobe_formats::mesh_hash;
 use partprobe_sources::{BoxedSource, LabelSource, SourceLabels};
 use serde::{Deserialize, Serialize};
@@ -28,9 +29,24 @@ pub(crate) struct Shape {
     /// What the split must know of it.
     pub(crate) candidate: SplitCandidate,
     labels: BTreeMap<String, Vec<i32>>,
+    /// What the labels of each source are like; none if the loader did not measure them.
+    card_rows: Vec<CardRow>,
 }
 
 impl Shape {
+    /// The same shape with other points in the same order.
+    pub(super) fn with_sample(&self, sample: PointSample) -> Self {
+        Self {
+            sample,
+            ..self.clone()
+        }
+    }
+
+    /// What the labels of each source are like.
+    pub(super) fn card_rows(&self) -> impl Iterator<Item = &CardRow> {
+        self.card_rows.iter()
+    }
+
     /// The label of each point, by source.
     pub(crate) fn labels(&self) -> &BTreeMap<String, Vec<i32>> {
         &self.labels
@@ -168,6 +184,8 @@ pub(crate) struct ShapeLoader<'a> {
     pub(crate) config: &'a Config,
     sources: Vec<BoxedSource>,
     points: Points,
+    /// Whether the labels of each source are measured for the card.
+    measures: bool,
 }
 
 impl<'a> ShapeLoader<'a> {
@@ -181,7 +199,16 @@ impl<'a> ShapeLoader<'a> {
             config,
             sources: named_sources(config)?,
             points,
+            measures: false,
         })
+    }
+
+    /// The same loader, which measures the labels of each source for the card.
+    pub(crate) fn measuring(self) -> Self {
+        Self {
+            measures: true,
+            ..self
+        }
     }
 
     /// The same loader, which labels by those sources alone that are among these.
@@ -243,6 +270,8 @@ impl<'a> ShapeLoader<'a> {
         let sample = sample.map_err(|error| ShapeRefusal::Unwanted(error.to_string()))?;
         let mut labels = BTreeMap::new();
         let mut imported = BTreeMap::new();
+        let measured = self.measures.then(|| MeasuredSurface::of(carrier));
+        let mut card_rows = Vec::new();
         for source in &self.sources {
             let name = source.name().to_owned();
             let surface = surface_labels(source.as_ref(), carrier, config)?;
@@ -250,6 +279,8 @@ impl<'a> ShapeLoader<'a> {
                 imported.insert(name.clone(), origin.content_hash.clone());
             }
             let of_points = point_labels(&name, &surface, &sample)?;
+            // The groups are not known before the split.
+            card_rows.extend(measured.iter().map(|of| of.row(&name, &surface, &entry.id)));
             labels.insert(name, of_points);
         }
         let first_reference = config.references().into_iter().next().unwrap_or_default();
@@ -283,6 +314,7 @@ impl<'a> ShapeLoader<'a> {
             identity,
             candidate,
             labels,
+            card_rows,
         })
     }
 }

@@ -11,10 +11,12 @@ use crate::config::{
 use crate::progress::Progress;
 use crate::usage::UsageError;
 use anyhow::{Context, Result, bail, ensure};
+use partprobe_carrier::hexadecimal;
 use partprobe_dataset::IndexEntry;
 use partprobe_eval::Split;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
 
 /// The file's name in the run folder.
@@ -181,6 +183,17 @@ impl SplitFile {
             self.selection
         );
         Ok(())
+    }
+
+    /// Twelve digits of the hash of all shapes on a side, with what their carriers held.
+    pub(crate) fn data_hash(&self) -> String {
+        let mut digest = Sha256::new();
+        for (id, identity) in &self.shapes {
+            digest.update(format!("{id}\n{}\n", identity.content_hash));
+        }
+        let mut text = hexadecimal(&digest.finalize());
+        text.truncate(12);
+        text
     }
 
     /// What a shape was when the split was made.

@@ -4,12 +4,13 @@ use super::bounds::bounds;
 use super::collisions::Collisions;
 use super::data::{RunData, TestShapes, prepare, prepare_test};
 use super::evaluation::{
-    Embedder, NO_NETWORK, ScoredModel, UNTRAINED, evaluate, write_test_shapes,
+    Embedder, NO_NETWORK, RANDOM_FOURIER, ScoredModel, UNTRAINED, evaluate, write_test_shapes,
 };
 use super::execution::Execution;
 use super::folder::RunFolder;
 use super::held_out::{HeldOut, ensure_trained_here};
-use super::shapes::Points;
+use super::scoring_place::{Boundaries, ScoringPlace};
+use super::shapes::{Points, Shape};
 use super::training_args::TrainingArgs;
 use super::training_job::TrainingJob;
 use super::weights::weights_path;
@@ -139,6 +140,24 @@ impl<'a> Run<'a> {
         self.folder.forget_evaluation()?;
         write_test_shapes(self.folder, &test, &self.config.references())?;
 
+        let place = ScoringPlace {
+            config: self.config,
+            references: self.config.references(),
+            boundaries: Boundaries::of_shapes(&test, &self.config.references())?,
+            folder: Some(self.folder),
+        };
+        self.scored(&place, &held_out, &trained, &test)
+    }
+
+    /// The rows of all backbones, of the untrained ones, and of what needs no network.
+    pub(super) fn scored(
+        &self,
+        place: &ScoringPlace<'_>,
+        held_out: &HeldOut<'_>,
+        trained: &[(&str, u64)],
+        shapes: &[&Shape],
+    ) -> Result<Vec<ScoreRow>> {
+        let progress = &self.execution.progress;
         let seeds = &self.config.compare.seeds;
         let mut rows = Vec::new();
         let mut score = |supervision: &str, seed: u64, embedder: Embedder<'_>| -> Result<()> {
@@ -148,11 +167,11 @@ impl<'a> Run<'a> {
                 seed,
                 embedder,
             };
-            let progress = &self.execution.progress;
-            rows.extend(evaluate(self.folder, self.config, &model, &test, progress)?);
+            rows.extend(evaluate(place, &model, shapes, progress)?);
             Ok(())
         };
         score(NO_NETWORK, seeds[0], Embedder::Geometry)?;
+        score(RANDOM_FOURIER, seeds[0], Embedder::RandomFourier(seeds[0]))?;
         for &seed in seeds {
             let untrained = Model::init(&self.config.net, seed, self.execution.backend)?;
             score(UNTRAINED, seed, Embedder::Network(&untrained))?;
@@ -161,13 +180,12 @@ impl<'a> Run<'a> {
                 score(supervision, seed, Embedder::Network(&model))?;
             }
         }
-        let progress = &self.execution.progress;
-        rows.extend(bounds(self.folder, self.config, &test, progress)?);
+        rows.extend(bounds(place, shapes, progress)?);
         Ok(rows)
     }
 
     /// The supervision and the seed of each trained backbone.
-    fn trained_models(&self, held_out: &HeldOut<'_>) -> Result<Vec<(&'a str, u64)>> {
+    pub(super) fn trained_models(&self, held_out: &HeldOut<'_>) -> Result<Vec<(&'a str, u64)>> {
         let compare = &self.config.compare;
         let mut trained = Vec::new();
         for &seed in &compare.seeds {

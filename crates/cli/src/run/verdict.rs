@@ -2,6 +2,7 @@
 
 use super::evaluation::{Embedder, ScoredModel, evaluate};
 use super::held_out::HeldOut;
+use super::scoring_place::{Boundaries, ScoringPlace};
 use super::stages::Run;
 use crate::config::Config;
 use anyhow::Result;
@@ -43,7 +44,13 @@ impl Run<'_> {
             seed,
             embedder: Embedder::Network(&model),
         };
-        let progress = &self.execution.progress;
-        evaluate(self.folder, self.config, &scored, &test.shapes, progress)
+        let references = self.config.references();
+        let place = ScoringPlace {
+            config: self.config,
+            boundaries: Boundaries::of_shapes(&test.shapes, &references)?,
+            references,
+            folder: None,
+        };
+        evaluate(&place, &scored, &test.shapes, &self.execution.progress)
     }
 }

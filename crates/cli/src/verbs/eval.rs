@@ -45,17 +45,19 @@ pub(crate) fn eval(args: &EvalArgs) -> Result<ExitCode> {
     ensure_settings_of(&data, &loaded)?;
     let run = Run::to_score(&dataset, &loaded.config, &folder, &execution)?;
     let rows = run.evaluate()?;
+    let endpoints = run.evaluate_endpoints()?;
     if !args.execution.set.is_empty() {
         // The scores below follow from these settings; the folder must not say others.
         folder.write("config.toml", loaded.merged.as_bytes())?;
     }
-    run.write_results(&rows)
+    run.write_results(&rows, &endpoints)
 }
 
 /// The keys that say how backbones are scored, and not how they were trained; `compare.` stands for all of its keys.
 /// Labels that come from files are told apart by their own hashes, in `split.json`.
-const SCORING_KEYS: [&str; 7] = [
+const SCORING_KEYS: [&str; 8] = [
     "compare.",
+    "endpoints",
     "eval.",
     "expect.",
     // Training never sees this layer.

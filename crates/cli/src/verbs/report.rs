@@ -157,5 +157,6 @@ fn settings(runs: &[ScoredRun], rows: &[ScoreRow]) -> TableSettings {
             seed: 0,
             least_groups: Bootstrap::LEAST_GROUPS,
         },
+        footer: Vec::new(),
     }
 }

@@ -21,6 +21,7 @@ use std::time::Instant;
   partprobe run abc-small --data abc/ fusion/   your own STEP files
   partprobe run my.toml --set train.steps=2000  your own config (see configs/base.toml for the keys)
 
+Before the first training, the card of the label sources is printed (source_card.md, source_card.json).
 The run folder holds config.toml, split.json, log.jsonl, tensorboard/, checkpoints/, test/, predictions/,
 scores.jsonl, tables.{md,csv,json} and report.html. A config's [expect] table bounds scores; a run that misses one exits 3.")]
 pub(crate) struct RunArgs {
@@ -97,13 +98,15 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode> {
     })?;
     remember_data(&folder, dataset.root())?;
     run.note_collisions()?;
+    run.note_source_card()?;
     for (supervision, seed) in trainings(&loaded.config) {
         let name = format!("train {supervision}-{seed}");
         timed.stage(&name, || run.train(&supervision, seed, &args.training))?;
     }
     let rows = timed.stage("evaluate", || run.evaluate())?;
+    let endpoints = timed.stage("endpoints", || run.evaluate_endpoints())?;
     timed.record.write(&folder)?;
-    run.write_results(&rows)
+    run.write_results(&rows, &endpoints)
 }
 
 /// Times the stages for `run.json`.

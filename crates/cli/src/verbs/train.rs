@@ -72,6 +72,7 @@ pub(crate) fn train(args: &TrainArgs) -> Result<ExitCode> {
     let mut run = Run::new(&dataset, config, &folder, &execution, points)?;
     remember_data(&folder, &args.data)?;
     run.note_collisions()?;
+    run.note_source_card()?;
     for &seed in &config.compare.seeds {
         run.train(&args.supervision, seed, &args.training)?;
         print_result(

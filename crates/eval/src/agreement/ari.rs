@@ -24,6 +24,16 @@ pub fn adjusted_rand_index(confusion: &Confusion) -> f64 {
     let all = pairs(of_cluster.iter().sum());
     let in_parts: f64 = of_part.iter().map(|&n| pairs(n)).sum();
     let in_clusters: f64 = of_cluster.iter().map(|&n| pairs(n)).sum();
+    index_of_pair_counts(together, in_parts, in_clusters, all)
+}
+
+/// The index from the numbers of pairs: those that are in one part and one cluster, in one part, in one cluster, and all.
+pub(crate) fn index_of_pair_counts(
+    together: f64,
+    in_parts: f64,
+    in_clusters: f64,
+    all: f64,
+) -> f64 {
     if all == 0.0 {
         return 1.0;
     }

@@ -19,6 +19,7 @@ mod text;
 mod triangles;
 
 pub use ari::adjusted_rand_index;
+pub(crate) use ari::index_of_pair_counts;
 pub use borders::{Border, label_borders, length_of_borders};
 pub use card::{CardRow, CardTables, PairRow, SourceCard, card_tables};
 pub use curve::{AgreementBin, DISTANCE_LIMITS, THICKNESS_LIMITS};

@@ -4,23 +4,35 @@
 
 mod accuracy;
 mod ari;
+mod asa;
+mod best_cut;
 mod best_overlap;
+mod boundary_accuracy;
 mod count_error;
 mod gtc_accuracy;
 mod gtc_miou;
 mod miou;
+mod miou_large;
 mod pair_auc;
 mod panoptic_quality;
+mod split_gtc_accuracy;
+mod split_gtc_miou;
 
 pub use accuracy::ACCURACY;
 pub use ari::ARI;
+pub use asa::ASA;
+pub use best_cut::BEST_CUT_ARI;
 pub use best_overlap::BEST_OVERLAP_MIOU;
+pub use boundary_accuracy::BOUNDARY_ACCURACY;
 pub use count_error::COUNT_ERROR;
 pub use gtc_accuracy::GTC_ACCURACY;
 pub use gtc_miou::GTC_MIOU;
 pub use miou::MIOU;
+pub use miou_large::MIOU_LARGE;
 pub use pair_auc::PAIR_AUC;
 pub use panoptic_quality::PANOPTIC_QUALITY;
+pub use split_gtc_accuracy::SPLIT_GTC_ACCURACY;
+pub use split_gtc_miou::SPLIT_GTC_MIOU;
 
 use crate::metric::{Metric, ScoredShape};
 use std::cmp::Ordering;
@@ -33,18 +45,30 @@ pub const METRICS: &[Metric] = &[
     GTC_ACCURACY,
     GTC_MIOU,
     BEST_OVERLAP_MIOU,
+    MIOU_LARGE,
+    BOUNDARY_ACCURACY,
+    SPLIT_GTC_ACCURACY,
+    SPLIT_GTC_MIOU,
     ARI,
+    BEST_CUT_ARI,
     PANOPTIC_QUALITY,
     PAIR_AUC,
+    ASA,
     COUNT_ERROR,
 ];
 
 /// The metrics of the second table of each reference and clusterer.
-const SECONDARY: [Metric; 5] = [
+const SECONDARY: [Metric; 11] = [
     BEST_OVERLAP_MIOU,
+    MIOU_LARGE,
+    BOUNDARY_ACCURACY,
+    SPLIT_GTC_ACCURACY,
+    SPLIT_GTC_MIOU,
     ARI,
+    BEST_CUT_ARI,
     PANOPTIC_QUALITY,
     PAIR_AUC,
+    ASA,
     COUNT_ERROR,
 ];
 

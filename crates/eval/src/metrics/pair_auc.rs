@@ -8,7 +8,7 @@ use crate::confusion::Confusion;
 use crate::metric::{Metric, ScoredShape};
 use partprobe_carrier::Embeddings;
 
-/// Pair AUC, of a network.
+/// Pair AUC, of rows whose embeddings are scored.
 pub const PAIR_AUC: Metric = Metric {
     name: "pair_auc",
     heading: "pair AUC",
@@ -127,13 +127,16 @@ mod tests {
         });
         let embeddings = Embeddings::from_rows(rows);
         let token_of_point: Vec<u32> = (0..angles_deg.len() as u32).collect();
+        let matched = score_clusters(&token_of_point, reference).unwrap();
         let shape = ScoredShape {
-            predicted: &token_of_point,
-            reference,
-            token_of_point: &token_of_point,
-            embeddings: &embeddings,
-            matched: score_clusters(&token_of_point, reference).unwrap(),
             gtc: Some(gtc(&embeddings, &token_of_point, reference).unwrap()),
+            ..ScoredShape::of_clusters(
+                &token_of_point,
+                reference,
+                &token_of_point,
+                &embeddings,
+                matched,
+            )
         };
         let found = (PAIR_AUC.value)(&shape);
         assert_eq!(

@@ -1,6 +1,6 @@
 //! Writes tables as Markdown, for people.
 
-use super::{DifferenceRow, TableRow, Tables};
+use super::{DifferenceRow, HomeAdvantage, TableRow, Tables};
 use crate::k_bin::KBin;
 use crate::metric::Metric;
 use crate::paired::Difference;
@@ -28,7 +28,15 @@ impl Tables {
                 text,
                 "{separator}Scored against `{reference}`, clusters by {clusterer}:\n"
             );
-            let differences = self.differences_of(reference, clusterer);
+            let of_table = self.differences_of(reference, clusterer);
+            let mut differences: Vec<(String, &DifferenceRow)> = Vec::new();
+            for row in &of_table {
+                differences.push((difference_name("Δ", &row.compared), row));
+            }
+            let same_source = self.same_source.iter();
+            let same_source = same_source
+                .filter(|row| row.reference == *reference && row.clusterer == *clusterer);
+            differences.extend(same_source.map(|row| (difference_name("A/A", &row.compared), row)));
             MarkdownTable::of(rows).push_to(&mut text, &differences);
 
             let further = MarkdownTable::of_secondary(rows);
@@ -36,10 +44,14 @@ impl Tables {
                 text.push_str("\nFurther scores of the same clusters and embeddings:\n\n");
                 further.push_to(&mut text, &differences);
             }
-            for difference in differences {
+            for difference in of_table {
                 let _ = writeln!(text, "\n{}", difference.resolution());
             }
+            for sentence in &self.footer {
+                let _ = writeln!(text, "\n{sentence}");
+            }
         }
+        self.push_home_advantages(&mut text);
         text.push_str(&self.decisions());
         text.push_str(&self.dose_response());
         if !text.is_empty() {
@@ -48,12 +60,55 @@ impl Tables {
         text
     }
 
+    fn push_home_advantages(&self, text: &mut String) {
+        for rows in self
+            .home_advantages
+            .chunk_by(|a, b| a.clusterer == b.clusterer)
+        {
+            let _ = writeln!(
+                text,
+                "\nHome advantage H = [(S − N) scored on S] − [(N − S) scored on N], clusters by {}:\n",
+                rows[0].clusterer
+            );
+            push_home_table(text, rows);
+        }
+    }
+
     fn differences_of(&self, reference: &str, clusterer: &str) -> Vec<&DifferenceRow> {
         self.differences
             .iter()
             .filter(|row| row.reference == reference && row.clusterer == clusterer)
             .collect()
     }
+}
+
+/// A row per pair of supervisions, a column per metric.
+fn push_home_table(text: &mut String, rows: &[HomeAdvantage]) {
+    let metrics: BTreeSet<Metric> = rows
+        .iter()
+        .flat_map(|row| row.differences.keys().copied())
+        .collect();
+    let mut headings = vec!["S, N".to_owned()];
+    headings.extend(metrics.iter().map(|metric| metric.heading.to_owned()));
+    headings.extend(["shapes", "groups"].map(str::to_owned));
+    push_line(text, &headings);
+    let _ = writeln!(text, "|---|{}", "---:|".repeat(headings.len() - 1));
+    for row in rows {
+        let [s, n] = &row.compared;
+        let mut cells = vec![format!("`{s}`, `{n}`")];
+        cells.extend(
+            metrics
+                .iter()
+                .map(|metric| difference_cell(row.differences.get(metric))),
+        );
+        cells.extend([row.n_shapes, row.n_groups].map(|n| n.to_string()));
+        push_line(text, &cells);
+    }
+}
+
+/// What a row of a difference is called.
+fn difference_name(sign: &str, [first, second]: &[String; 2]) -> String {
+    format!("{sign} `{first}` − `{second}`")
 }
 
 fn is_same_table(a: &TableRow, b: &TableRow) -> bool {
@@ -98,15 +153,15 @@ impl<'a> MarkdownTable<'a> {
         }
     }
 
-    fn push_to(&self, text: &mut String, differences: &[&DifferenceRow]) {
+    fn push_to(&self, text: &mut String, differences: &[(String, &DifferenceRow)]) {
         let headings = self.headings();
         push_line(text, &headings);
         let _ = writeln!(text, "|---|{}", "---:|".repeat(headings.len() - 1));
         for row in self.rows {
             push_line(text, &self.cells(row));
         }
-        for difference in differences {
-            push_line(text, &self.difference_cells(difference));
+        for (name, difference) in differences {
+            push_line(text, &self.difference_cells(name, difference));
         }
     }
 
@@ -144,9 +199,8 @@ impl<'a> MarkdownTable<'a> {
         cells
     }
 
-    fn difference_cells(&self, row: &DifferenceRow) -> Vec<String> {
-        let [first, second] = &row.compared;
-        let mut cells = vec![format!("Δ `{first}` − `{second}`")];
+    fn difference_cells(&self, name: &str, row: &DifferenceRow) -> Vec<String> {
+        let mut cells = vec![name.to_owned()];
         for metric in &self.metrics {
             cells.push(difference_cell(row.differences.get(metric)));
         }
@@ -181,12 +235,16 @@ fn difference_cell(difference: Option<&Difference>) -> String {
 
 #[cfg(test)]
 mod tests {
-    use crate::tables::tables;
     use crate::tables::tests::{example, settings};
+    use crate::tables::{TableSettings, tables};
 
     #[test]
     fn markdown_shows_means_bins_and_the_difference() {
-        let text = tables(&example(), &settings()).to_markdown();
+        let settings = TableSettings {
+            footer: vec!["θ 8°.".to_owned()],
+            ..settings()
+        };
+        let text = tables(&example(), &settings).to_markdown();
         let expected = "\
 Scored against `step-parts`, clusters by k-means:
 
@@ -197,8 +255,12 @@ Scored against `step-parts`, clusters by k-means:
 | `untrained` | 0.250 | 0.625 | 0.900 | 0.800 | 0.250 (1) | 0.250 (1) | 0.250 (1) | 0.250 (1) | 0.250 (1) | 3 |
 | `no-network` | 0.125 | 0.562 | – | – | 0.125 (1) | 0.125 (1) | 0.125 (1) | 0.125 (1) | 0.125 (1) | 3 |
 | Δ `step-parts` − `brep-face` | +0.250 [+0.250, +0.250] | +0.125 [+0.125, +0.125] | +0.000 [+0.000, +0.000] | +0.000 [+0.000, +0.000] |  |  |  |  |  | 3 |
+| A/A `step-parts, seed 0` − `step-parts, seed 1` | -0.125 [-0.125, -0.125] | -0.062 [-0.062, -0.062] | +0.000 [+0.000, +0.000] | +0.000 [+0.000, +0.000] |  |  |  |  |  | 3 |
+| A/A `brep-face, seed 0` − `brep-face, seed 1` | -0.125 [-0.125, -0.125] | -0.062 [-0.062, -0.062] | +0.000 [+0.000, +0.000] | +0.000 [+0.000, +0.000] |  |  |  |  |  | 3 |
 
 Δ `step-parts` − `brep-face`: 3 shapes in 2 groups of related shapes (effectively 1.8) resolve a difference of mIoU of ±0.000. About 1 such shapes would resolve ±0.02.
+
+θ 8°.
 
 2 of 4 secondary differences have a corrected p below 0.05: `step-parts` − `brep-face` on `step-parts`, mIoU by k-means +0.250; \
 `step-parts` − `brep-face` on `step-parts`, accuracy by k-means +0.125.

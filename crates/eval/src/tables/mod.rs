@@ -5,10 +5,12 @@ mod decisions;
 mod difference;
 mod dose;
 mod endpoint;
+mod home_advantage;
 mod markdown;
 mod order;
 mod paper;
 mod row;
+mod same_source;
 mod shape_means;
 #[cfg(test)]
 pub(crate) mod tests;
@@ -16,6 +18,7 @@ pub(crate) mod tests;
 pub use difference::DifferenceRow;
 pub use dose::{DOSE_KINDS, DoseCurve, DoseKind, DosePoint};
 pub use endpoint::{Endpoint, EndpointError};
+pub use home_advantage::HomeAdvantage;
 pub use order::labels_row;
 pub use row::{BinMean, TableRow};
 
@@ -24,8 +27,10 @@ use crate::metric::Metric;
 use crate::metrics::METRICS;
 use crate::score_row::ScoreRow;
 use difference::{adjust_p, difference_row};
-use order::cell_order;
+use home_advantage::home_advantages;
+use order::{cell_order, is_trained};
 use row::table_row;
+use same_source::same_source_rows;
 use serde::Serialize;
 use shape_means::{Shapes, bin_sizes, shape_means};
 use std::collections::{BTreeMap, BTreeSet};
@@ -46,6 +51,8 @@ pub struct TableSettings {
     pub seed_deviation: Option<f64>,
     /// How the interval of the Δ row is drawn.
     pub bootstrap: Bootstrap,
+    /// Sentences that stand below every table: by which settings it was made, and what a reader must know of a score.
+    pub footer: Vec<String>,
 }
 
 /// The tables of a run.
@@ -57,6 +64,12 @@ pub struct Tables {
     pub rows: Vec<TableRow>,
     /// By reference, clusterer and pair.
     pub differences: Vec<DifferenceRow>,
+    /// By reference, clusterer and supervision: trainings that differ in their seed alone.
+    pub same_source: Vec<DifferenceRow>,
+    /// By clusterer and pair of supervisions.
+    pub home_advantages: Vec<HomeAdvantage>,
+    /// What stands below every table.
+    pub footer: Vec<String>,
 }
 
 impl Tables {
@@ -105,9 +118,16 @@ pub fn tables(rows: &[ScoreRow], settings: &TableSettings) -> Tables {
 
     let mut table_rows = Vec::new();
     let mut shapes_of_tables: Vec<TableShapes<'_>> = Vec::new();
+    let mut same_source = Vec::new();
+    let mut supervisions: Vec<&str> = Vec::new();
     for cell in cells.values() {
         let shapes = shape_means(cell, &k_of_shape);
         table_rows.push(table_row(cell, &shapes));
+        same_source.extend(same_source_rows(cell, &k_of_shape, settings));
+        let supervision = cell[0].supervision.as_str();
+        if is_trained(supervision) && !supervisions.contains(&supervision) {
+            supervisions.push(supervision);
+        }
 
         // The cells of one table follow each other.
         let table = [cell[0].reference.as_str(), cell[0].clusterer.as_str()];
@@ -128,6 +148,9 @@ pub fn tables(rows: &[ScoreRow], settings: &TableSettings) -> Tables {
         clusterer: settings.clusterer.clone(),
         rows: table_rows,
         differences: difference_rows(&shapes_of_tables, settings),
+        same_source,
+        home_advantages: home_advantages(&shapes_of_tables, &supervisions, settings.bootstrap),
+        footer: settings.footer.clone(),
     }
 }
 

@@ -4,9 +4,11 @@ use super::TableSettings;
 use crate::score_row::ScoreRow;
 
 /// Rows without a training, in the order in which they close a table. Those of the labels of sources come before them.
-const WITHOUT_TRAINING: [&str; 7] = [
+const WITHOUT_TRAINING: [&str; 9] = [
     "untrained",
+    "random-fourier",
     "no-network",
+    "shuffled-labels",
     "growing-10",
     "growing-20",
     "growing-30",
@@ -21,6 +23,11 @@ const LABELS: &str = "labels-of-";
 #[must_use]
 pub fn labels_row(source: &str) -> String {
     format!("{LABELS}{source}")
+}
+
+/// Whether a row is that of a backbone that was trained.
+pub(super) fn is_trained(supervision: &str) -> bool {
+    !WITHOUT_TRAINING.contains(&supervision) && !supervision.starts_with(LABELS)
 }
 
 /// The key by which rows are sorted: the reference of the bins first, then the default clusterer, then the compared
@@ -68,6 +75,7 @@ mod tests {
                 seed: 0,
                 least_groups: 2,
             },
+            footer: Vec::new(),
         };
         let labels = labels_row("a");
         let names = [

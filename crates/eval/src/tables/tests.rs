@@ -32,6 +32,7 @@ pub(crate) fn settings() -> TableSettings {
             seed: 0,
             least_groups: 2,
         },
+        footer: Vec::new(),
     }
 }
 
@@ -136,6 +137,70 @@ fn another_reference_is_binned_by_the_binning_one() {
         (0, 5)
     );
     assert_eq!(found.rows[0].means, BTreeMap::new());
+}
+
+#[test]
+fn trainings_of_one_source_are_compared_seed_by_seed() {
+    let found = tables(&example(), &settings());
+    let names: Vec<&[String; 2]> = found.same_source.iter().map(|row| &row.compared).collect();
+    assert_eq!(
+        names,
+        [
+            &[
+                "step-parts, seed 0".to_owned(),
+                "step-parts, seed 1".to_owned()
+            ],
+            &[
+                "brep-face, seed 0".to_owned(),
+                "brep-face, seed 1".to_owned()
+            ],
+        ]
+    );
+    // `untrained` and `no-network` have one seed, and are not trained.
+    assert_eq!(found.same_source[0].differences[&MIOU].mean, -0.125);
+}
+
+#[test]
+fn the_home_advantage_compares_both_homes() {
+    // On `step-parts` the first source wins by 0.25; on `brep-face` its lead is 0.25 − 0.0625 · the index of the shape.
+    let mut rows = example();
+    let lost = |row: &ScoreRow| {
+        let step = ["a__1", "a__2", "b__1"]
+            .iter()
+            .position(|shape| *shape == row.shape);
+        match step {
+            Some(idx) if row.supervision == "step-parts" => 0.0625 * idx as f64,
+            _ => 0.0,
+        }
+    };
+    rows.extend(example().into_iter().map(|mut row| {
+        let miou = row.scores[&MIOU] - lost(&row);
+        row.scores.insert(MIOU, miou);
+        ScoreRow {
+            reference: "brep-face".to_owned(),
+            ..row
+        }
+    }));
+    let found = tables(&rows, &settings());
+    let [advantage] = &found.home_advantages[..] else {
+        panic!("one clusterer, one pair")
+    };
+    assert_eq!(advantage.compared, ["step-parts", "brep-face"]);
+    assert_eq!((advantage.n_shapes, advantage.n_groups), (3, 2));
+    // (S − N on S) + (S − N on N), in the mean over the three shapes.
+    let expected = 0.25 + (0.25 + 0.1875 + 0.125) / 3.0;
+    let miou = advantage.differences[&MIOU];
+    assert!((miou.mean - expected).abs() < 1e-12, "{miou:?}");
+    assert!(
+        miou.interval
+            .is_some_and(|interval| interval.low <= expected && expected <= interval.high)
+    );
+    assert!(
+        found
+            .to_markdown()
+            .contains("| `step-parts`, `brep-face` | +0.438 [")
+    );
+    assert!(tables(&example(), &settings()).home_advantages.is_empty());
 }
 
 #[test]

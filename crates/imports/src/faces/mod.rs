@@ -274,7 +274,9 @@ impl Import for Faces {
         };
         let labels = SourceLabels::on_faces(carrier.mesh(), &label_of_face);
         Ok(JoinedLabels {
-            labels: labels.with_origin(origin),
+            labels: labels
+                .with_origin(origin)
+                .with_classes(joined.label_of_face),
             report,
         })
     }

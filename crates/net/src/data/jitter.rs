@@ -11,9 +11,13 @@ pub(crate) fn jitter(tokens: &mut Tokens, config: &AugmentConfig, rng: &mut Rng)
     }
     let clip = config.jitter_clip;
     for coordinate in tokens.positions.iter_mut().flatten() {
-        let [u, v] = [(); 2].map(|()| unit_interval(rng));
-        // Box–Muller; 1 − u is never 0.
-        let normal = (-2.0 * (1.0 - u).ln()).sqrt() * (std::f64::consts::TAU * v).cos();
-        *coordinate += (config.jitter_sigma * normal).clamp(-clip, clip) as f32;
+        *coordinate += (config.jitter_sigma * standard_normal(rng)).clamp(-clip, clip) as f32;
     }
+}
+
+/// A number of the standard normal distribution.
+pub(crate) fn standard_normal(rng: &mut Rng) -> f64 {
+    let [u, v] = [(); 2].map(|()| unit_interval(rng));
+    // Box–Muller; 1 − u is never 0.
+    (-2.0 * (1.0 - u).ln()).sqrt() * (std::f64::consts::TAU * v).cos()
 }

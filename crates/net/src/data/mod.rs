@@ -1,9 +1,11 @@
 //! Computes the integer tables that a network reads from sampled points. Nothing here uses tensors.
 //!
 //! `tokens` groups points into voxels. `hierarchy` computes the levels above them: patches along a space-filling curve,
-//! neighborhoods, and clusters for pooling. `pose` and `jitter` change a shape at random for training.
+//! neighborhoods, and clusters for pooling. `pose` and `jitter` change a shape at random for training. `fourier` gives features
+//! of tokens that no network computed.
 
 pub(crate) mod curve;
+mod fourier;
 pub(crate) mod hierarchy;
 pub(crate) mod jitter;
 pub(crate) mod level_rows;

@@ -2,6 +2,7 @@
 
 use anyhow::{Context, Result, bail, ensure};
 use partprobe_carrier::Embeddings;
+use partprobe_eval::near_boundary;
 use partprobe_formats::{Array, Values, arrays_from_npz};
 use std::collections::HashMap;
 
@@ -12,6 +13,8 @@ pub(super) struct ShapeFile {
     /// The cluster of each point; all negative ones are one cluster.
     pub(super) predicted: Option<Vec<i32>>,
     pub(super) embedded: Option<Embedded>,
+    /// Whether each point is near a boundary of the reference; `None` if the file does not say where the points are.
+    pub(super) near_boundary: Option<Vec<bool>>,
 }
 
 /// The embeddings of the points, each different row once.
@@ -23,7 +26,7 @@ pub(super) struct Embedded {
 }
 
 impl ShapeFile {
-    /// Reads the members `reference`, and `predicted` or `embedding` or both.
+    /// Reads the members `reference`, and `predicted` or `embedding` or both; `points` and `normals` if they are there.
     ///
     /// # Errors
     /// If a member is missing, has another form, or is not of the same points; the message names it.
@@ -47,8 +50,15 @@ impl ShapeFile {
             "there is neither a member `predicted` nor a member `embedding`"
         );
 
+        let points = members.array("points").map(triples).transpose();
+        let points = points.context("`points`")?;
+        let normals = members.array("normals").map(triples).transpose();
+        let normals = normals.context("`normals`")?;
+
         let n_points = reference.len();
         let lengths = [
+            ("points", points.as_ref().map(Vec::len)),
+            ("normals", normals.as_ref().map(Vec::len)),
             ("predicted", predicted.as_ref().map(Vec::len)),
             (
                 "embedding",
@@ -62,10 +72,13 @@ impl ShapeFile {
                 length.unwrap_or_default()
             );
         }
+        let normals = normals.unwrap_or_default();
+        let near = points.map(|points| near_boundary(&points, &normals, &reference));
         Ok(Self {
             reference,
             predicted,
             embedded,
+            near_boundary: near,
         })
     }
 }
@@ -96,6 +109,35 @@ fn labels(array: &Array) -> Result<Vec<i32>> {
     }
 }
 
+/// A matrix of three finite numbers per row.
+fn triples(array: &Array) -> Result<Vec<[f32; 3]>> {
+    ensure!(
+        matches!(array.shape(), [_, 3]),
+        "it must be a matrix with three columns, and its shape is {:?}",
+        array.shape()
+    );
+    let values = floats(array)?;
+    Ok(values.as_chunks().0.to_vec())
+}
+
+/// The entries of an array of finite numbers.
+fn floats(array: &Array) -> Result<Vec<f32>> {
+    let values: Vec<f32> = match array.values() {
+        Values::F32(values) => values.clone(),
+        Values::F64(values) => values.iter().map(|&x| x as f32).collect(),
+        Values::F16(values) => values.iter().map(|x| x.to_f32()).collect(),
+        other => bail!(
+            "it must hold floating-point numbers, and its type is {}",
+            other.type_name()
+        ),
+    };
+    let n_columns = array.shape().last().copied().unwrap_or(1).max(1);
+    if let Some(at) = values.iter().position(|x| !x.is_finite()) {
+        bail!("row {} holds {}", at / n_columns, values[at]);
+    }
+    Ok(values)
+}
+
 impl Embedded {
     /// A matrix with a row per point. Points of one token usually have equal rows, which are clustered as one.
     fn of(array: &Array) -> Result<Self> {
@@ -106,18 +148,7 @@ impl Embedded {
             );
         };
         ensure!(dim > 0, "its rows are empty");
-        let values: Vec<f32> = match array.values() {
-            Values::F32(values) => values.clone(),
-            Values::F64(values) => values.iter().map(|&x| x as f32).collect(),
-            Values::F16(values) => values.iter().map(|x| x.to_f32()).collect(),
-            other => bail!(
-                "it must hold floating-point numbers, and its type is {}",
-                other.type_name()
-            ),
-        };
-        if let Some(at) = values.iter().position(|x| !x.is_finite()) {
-            bail!("row {} holds {}", at / dim, values[at]);
-        }
+        let values = floats(array)?;
 
         let mut index_of_row: HashMap<Vec<u32>, u32> = HashMap::new();
         let mut distinct = Vec::new();

@@ -9,12 +9,12 @@ use crate::stdout::print_result;
 use crate::usage::{UsageError, as_usage_error};
 use anyhow::{Context, Result, ensure};
 use partprobe_carrier::Embeddings;
-use partprobe_cluster::ClustererSettings;
+use partprobe_cluster::{AverageLinkTree, ClustererSettings};
 use partprobe_dataset::{json_document, write_atomically};
 use partprobe_eval::{
     Bootstrap, ExpectationOutcome, Expectations, ScoreRow, ScoredShape, TableSettings, Tables,
-    TokenizedShape, TrainingFigures, clusters_of_labels, gtc, junit_xml, score_clusters,
-    score_oracle_k, tables,
+    TokenizedShape, TrainingFigures, best_cut_ari, clusters_of_labels, gtc, junit_xml,
+    score_clusters, score_oracle_k, split_gtc, tables,
 };
 use rayon::prelude::*;
 use serde::Serialize;
@@ -29,6 +29,9 @@ const REFERENCE: &str = "reference";
 /// The column of clusters that were predicted and not found here.
 const PREDICTED: &str = "predicted";
 
+/// The best cut is not looked for among more rows: the time of the tree grows with their square.
+const MAX_ROWS_OF_TREE: usize = 4096;
+
 /// Score predictions of other programs: clusters or embeddings of points, with reference labels
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "Examples:
@@ -36,7 +39,8 @@ const PREDICTED: &str = "predicted";
   partprobe score predictions/ --expect bounds.toml --junit report.xml
 
 Each <id>.npz in the folder is a shape. It holds `reference`, a label per point (a negative one is ignored), and at least one of
-`predicted`, a cluster per point, and `embedding`, a row per point. Embeddings are clustered into as many clusters as the
+`predicted`, a cluster per point, and `embedding`, a row per point. With `points` (three coordinates per point) there is a boundary
+accuracy; `normals` then tell the two sides of a thin wall apart. Embeddings are clustered into as many clusters as the
 reference has parts. A file that cannot be scored is named, and the others are scored.
 
 A file of bounds has lines such as `miou = \">= 0.5\"` or `\"k-means.accuracy\" = \">= 0.7\"`.
@@ -169,11 +173,11 @@ impl ScoreArgs {
             .into_owned();
         let mut rows = Vec::new();
         if let Some(predicted) = &file.predicted {
-            rows.push(predicted_row(&id, predicted, &file.reference)?);
+            rows.push(predicted_row(&id, predicted, &file)?);
         }
         if let Some(embedded) = &file.embedded {
             for &clusterer in &self.clusterer {
-                rows.push(self.embedded_row(&id, embedded, &file.reference, clusterer)?);
+                rows.push(self.embedded_row(&id, embedded, &file, clusterer)?);
             }
         }
         Ok(rows)
@@ -183,9 +187,10 @@ impl ScoreArgs {
         &self,
         id: &str,
         embedded: &Embedded,
-        reference: &[i32],
+        file: &ShapeFile,
         clusterer: ClustererName,
     ) -> Result<ScoreRow> {
+        let reference = &file.reference;
         let tokenized = TokenizedShape {
             id,
             embeddings: &embedded.rows,
@@ -198,13 +203,26 @@ impl ScoreArgs {
             clusterer.clusterer(&self.settings()).as_ref(),
             self.seed,
         )?;
-        let scored = ScoredShape {
-            predicted: &found.predicted,
+        let (rows, row_of_point) = (&embedded.rows, &embedded.row_of_point);
+        let best_cut = if rows.n_rows() <= MAX_ROWS_OF_TREE {
+            let tree = AverageLinkTree::new(rows, &embedded.multiplicity)?;
+            Some(best_cut_ari(&tree, row_of_point, reference)?)
+        } else {
+            None
+        };
+        let clusters = ScoredShape::of_clusters(
+            &found.predicted,
             reference,
-            token_of_point: &embedded.row_of_point,
-            embeddings: &embedded.rows,
-            matched: found.scores,
-            gtc: Some(gtc(&embedded.rows, &embedded.row_of_point, reference)?),
+            row_of_point,
+            rows,
+            found.scores,
+        );
+        let scored = ScoredShape {
+            gtc: Some(gtc(rows, row_of_point, reference)?),
+            split_gtc: split_gtc(rows, row_of_point, reference)?,
+            best_cut_ari: best_cut,
+            near_boundary: file.near_boundary.as_deref(),
+            ..clusters
         };
         Ok(row(id, clusterer.name(), &scored))
     }
@@ -230,21 +248,20 @@ impl ScoreArgs {
                 seed: 0,
                 least_groups: 2,
             },
+            footer: Vec::new(),
         }
     }
 }
 
 /// Points without a predicted cluster are one more cluster: they agree with at most one part.
-fn predicted_row(id: &str, predicted: &[i32], reference: &[i32]) -> Result<ScoreRow> {
+fn predicted_row(id: &str, predicted: &[i32], file: &ShapeFile) -> Result<ScoreRow> {
+    let reference = &file.reference;
     let clusters = clusters_of_labels(predicted);
     let none = Embeddings::from_rows([[0.0]; 0]);
+    let matched = score_clusters(&clusters, reference)?;
     let scored = ScoredShape {
-        predicted: &clusters,
-        reference,
-        token_of_point: &[],
-        embeddings: &none,
-        matched: score_clusters(&clusters, reference)?,
-        gtc: None,
+        near_boundary: file.near_boundary.as_deref(),
+        ..ScoredShape::of_clusters(&clusters, reference, &[], &none, matched)
     };
     Ok(row(id, PREDICTED, &scored))
 }

@@ -11,14 +11,14 @@ use crate::output_folder::{ensure_empty, make_folder};
 use crate::points::points_of;
 use crate::shape_choice::ChoiceArgs;
 use crate::shape_input::{DataArgs, ShapeInput, ShapeInputs};
+use crate::source_rows::{MeasuredSurface, pair_rows};
 use crate::stderr;
 use crate::stdout::print_line;
 use anyhow::{Result, ensure};
-use partprobe_carrier::{Carrier, PointSample, weld};
+use partprobe_carrier::{Carrier, PointSample};
 use partprobe_dataset::write_atomically;
 use partprobe_eval::{
-    Bootstrap, CardRow, CardTables, Confusion, PairRow, RefusedShape, adjusted_rand_index,
-    card_tables, label_borders, length_of_borders, match_clusters, size_entropy,
+    Bootstrap, CardRow, CardTables, Confusion, PairRow, RefusedShape, card_tables, match_clusters,
 };
 use partprobe_render::{Image, LabelView, Rgb, colors_of_triangle_labels};
 use partprobe_sources::{BoxedSource, SourceLabels};
@@ -141,9 +141,7 @@ impl Card<'_> {
 
     fn labeled(&self, carrier: &Carrier, group: &str) -> Result<MeasuredShape> {
         let sample = self.sample(carrier)?;
-        let welded = weld(carrier.mesh());
-        let areas = carrier.mesh().triangle_areas();
-        let diagonal = carrier.mesh().diagonal();
+        let surface = MeasuredSurface::of(carrier);
         let mut measured = MeasuredShape::default();
         let mut of_points: Vec<(&str, Vec<i32>)> = Vec::new();
         for source in &self.sources {
@@ -158,21 +156,18 @@ impl Card<'_> {
                     reason: format!("{error:#}"),
                 }),
                 Ok((labels, points)) => {
-                    let of_triangles = labels.of_triangles().of_triangle();
-                    let borders = label_borders(&welded, of_triangles);
-                    measured.rows.push(CardRow {
-                        shape: carrier.meta().id.clone(),
-                        group: group.to_owned(),
-                        source: source.name().to_owned(),
-                        n_labels: labels.n_labels(),
-                        size_entropy: size_entropy(of_triangles, &areas),
-                        border_length: length_of_borders(&borders) / diagonal,
-                    });
+                    measured
+                        .rows
+                        .push(surface.row(source.name(), &labels, group));
                     of_points.push((source.name(), points));
                 }
             }
         }
-        measured.pairs = pairs(&of_points, &carrier.meta().id, group);
+        let of_points: Vec<(&str, &[i32])> = of_points
+            .iter()
+            .map(|(source, labels)| (*source, labels.as_slice()))
+            .collect();
+        measured.pairs = pair_rows(&of_points, &carrier.meta().id, group);
         Ok(measured)
     }
 
@@ -250,26 +245,6 @@ impl Card<'_> {
             1,
         ))
     }
-}
-
-/// The index of each two sources on the points of a shape.
-fn pairs(of_points: &[(&str, Vec<i32>)], shape: &str, group: &str) -> Vec<PairRow> {
-    let mut pairs = Vec::new();
-    for (idx, (first, labels)) in of_points.iter().enumerate() {
-        for (second, others) in &of_points[idx + 1..] {
-            // Without a point that both label there is nothing to compare.
-            let Ok(confusion) = Confusion::of_labels(others, labels) else {
-                continue;
-            };
-            pairs.push(PairRow {
-                shape: shape.to_owned(),
-                group: group.to_owned(),
-                sources: [(*first).to_owned(), (*second).to_owned()],
-                ari: adjusted_rand_index(&confusion),
-            });
-        }
-    }
-    pairs
 }
 
 /// The colors of those labels that are matched to a label of the reference, by label.

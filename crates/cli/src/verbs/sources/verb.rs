@@ -11,14 +11,14 @@ use crate::text_table::text_table;
 use crate::usage::UsageError;
 use anyhow::{Result, ensure};
 use partprobe_dataset::json_document;
-use partprobe_sources::{SOURCES, SourceFactory};
+use partprobe_sources::{CONTROLS, SOURCES, SourceControl, SourceFactory};
 use serde::Serialize;
 use std::path::PathBuf;
 
 /// List the label sources, each with a line that says what its labels are; with --data, measure some of them on shapes.
 #[derive(Clone, Debug, clap::Args)]
 #[command(
-    after_help = "Replace a placeholder such as <K> with a whole number in the range that is shown.
+    after_help = "Replace a placeholder such as <K> with a whole number in the range that is shown, and <SOURCE> with the name of another source.
 Example: partprobe sample dataset/ --out points/ --format npz --source step-parts --source ward-20
 Labels of another program are listed if a config names them in [sources.NAME]: partprobe sources --config my.toml
 --json adds the lowest and the highest number that each placeholder accepts, whether `label --layers` can store the
@@ -75,7 +75,13 @@ pub(crate) fn sources(args: &SourcesArgs) -> Result<()> {
         .sources
         .iter()
         .map(|(name, table)| Row::imported(name, table));
-    let rows: Vec<Row> = SOURCES.iter().map(Row::new).chain(own).collect();
+    let controls = CONTROLS.iter().map(Row::control);
+    let rows: Vec<Row> = SOURCES
+        .iter()
+        .map(Row::new)
+        .chain(controls)
+        .chain(own)
+        .collect();
     if args.json {
         return print_line(String::from_utf8_lossy(&json_document(&rows)?).trim_end());
     }
@@ -106,6 +112,17 @@ impl Row {
             labels_faces: factory.labels_faces(),
             needs: Some(factory.needs().name()),
             description: factory.description().to_owned(),
+        }
+    }
+
+    /// A control of granularity, which follows another source.
+    fn control(control: &SourceControl) -> Self {
+        Self {
+            name: control.pattern(),
+            numbers: None,
+            labels_faces: control.labels_faces(),
+            needs: None,
+            description: control.description().to_owned(),
         }
     }
 

@@ -1,0 +1,140 @@
+//! Scores the backbones of a run again under the conditions of `[[endpoints]]`: on other meshes of the test shapes, without
+//! normals or with noise, with other tokens, or on shapes of another data set.
+//!
+//! Plain geometry is tuned to the mesh that a table is made on. Whether a network has learned more shows where the mesh is
+//! another one. Nothing is trained here, and every endpoint has tables of its own.
+
+mod classes;
+mod disturbance;
+mod shapes;
+
+use super::evaluation::Embedder;
+use super::footer::footer;
+use super::held_out::HeldOut;
+use super::results::table_settings;
+use super::scoring_place::{Boundaries, ScoringPlace};
+use super::shapes::Shape;
+use super::stages::Run;
+use crate::config::{Config, EndpointConfig, EndpointNormals};
+use anyhow::{Context, Result};
+use classes::FaceClasses;
+use partprobe_dataset::json_lines;
+use partprobe_eval::tables;
+use partprobe_net::Model;
+use shapes::EndpointData;
+
+impl Run<'_> {
+    /// Scores all endpoints, writes `endpoints/<name>/`, and returns their tables as text.
+    ///
+    /// # Errors
+    /// If a data set cannot be read, a backbone has seen a shape, or a file cannot be written.
+    pub(crate) fn evaluate_endpoints(&self) -> Result<Vec<String>> {
+        let endpoints = self.config.endpoints.iter();
+        endpoints
+            .map(|endpoint| {
+                self.evaluate_endpoint(endpoint)
+                    .with_context(|| format!("endpoint `{}`", endpoint.name))
+            })
+            .collect()
+    }
+
+    fn evaluate_endpoint(&self, endpoint: &EndpointConfig) -> Result<String> {
+        let config = config_of(self.config, endpoint);
+        let progress = &self.execution.progress;
+        let data = EndpointData::load(endpoint, &config, &self.data, progress)?;
+        progress.note(&format!("endpoint {}: {}", endpoint.name, data.summary));
+        let shapes: Vec<&Shape> = data.shapes.iter().collect();
+
+        let held_out = HeldOut {
+            folder: self.folder,
+            config: self.config,
+            n_train: self.data.split().train.len(),
+            test: &shapes,
+            backend: self.execution.backend,
+        };
+        let trained = self.trained_models(&held_out)?;
+        let place = ScoringPlace {
+            boundaries: Boundaries::of_shapes(&shapes, &data.references)?,
+            references: data.references.clone(),
+            config: &config,
+            folder: None,
+        };
+        let rows = self.scored(&place, &held_out, &trained, &shapes)?;
+        let footer = footer(&config, &data.hash);
+        let tables = tables(&rows, &table_settings(&config, footer)?);
+        let mut text = format!("## Endpoint {}\n\n{}.\n\n", endpoint.name, data.summary);
+        text += &tables.to_markdown();
+
+        let write = |file: &str, bytes: &[u8]| {
+            self.folder
+                .write(&format!("endpoints/{}/{file}", endpoint.name), bytes)
+        };
+        if let Some(classes) = &data.classes {
+            let probes = self.probes(classes, &held_out, &trained, &config)?;
+            text += &probes.to_markdown();
+            write("probe.json", &probes.to_json()?)?;
+        }
+        write("tables.md", text.as_bytes())?;
+        write("tables.csv", tables.to_csv().as_bytes())?;
+        write("tables.json", tables.to_json().as_bytes())?;
+        write("scores.jsonl", &json_lines(&rows)?)?;
+        Ok(text)
+    }
+
+    /// The probe of each backbone, and of what needs no network.
+    fn probes(
+        &self,
+        classes: &FaceClasses,
+        held_out: &HeldOut<'_>,
+        trained: &[(&str, u64)],
+        config: &Config,
+    ) -> Result<classes::ProbeTable> {
+        let seeds = &self.config.compare.seeds;
+        let mut table = classes::ProbeTable::new(classes);
+        let mut add = |name: &str, seed: u64, embedder: &Embedder<'_>| -> Result<()> {
+            let scores = classes.probe(embedder, &config.tokens)?;
+            table.add(name, seed, scores);
+            Ok(())
+        };
+        add(super::evaluation::NO_NETWORK, seeds[0], &Embedder::Geometry)?;
+        let fourier = Embedder::RandomFourier(seeds[0]);
+        add(super::evaluation::RANDOM_FOURIER, seeds[0], &fourier)?;
+        for &seed in seeds {
+            let untrained = Model::init(&self.config.net, seed, self.execution.backend)?;
+            add(
+                super::evaluation::UNTRAINED,
+                seed,
+                &Embedder::Network(&untrained),
+            )?;
+            for &(supervision, _) in trained.iter().filter(|(_, of)| *of == seed) {
+                let model = held_out.model(supervision, seed)?;
+                add(supervision, seed, &Embedder::Network(&model))?;
+            }
+        }
+        Ok(table)
+    }
+}
+
+/// The settings of the run with what the endpoint changes.
+fn config_of(config: &Config, endpoint: &EndpointConfig) -> Config {
+    let mut changed = config.clone();
+    if let Some(voxels) = endpoint.voxels {
+        changed.tokens.voxels = voxels;
+    }
+    match endpoint.normals {
+        Some(EndpointNormals::Triangle) => {
+            changed.sample.normals = crate::config::NormalConfig::Triangle;
+        }
+        Some(EndpointNormals::Analytic) => {
+            changed.sample.normals = crate::config::NormalConfig::Analytic;
+        }
+        // They are taken away from the points.
+        Some(EndpointNormals::None) | None => {}
+    }
+    if !endpoint.references.is_empty() {
+        changed.compare.references.clone_from(&endpoint.references);
+        // The endpoints of the run are of its own references.
+        changed.compare.primary.clear();
+    }
+    changed
+}

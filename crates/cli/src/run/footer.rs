@@ -1,0 +1,59 @@
+//! Says below every table by which settings it was made, and what a reader must know of a score.
+
+use super::host::commit_of;
+use crate::config::{Config, LabelConfig, NormalConfig};
+use partprobe_net::Voxels;
+use std::path::Path;
+
+/// The sentences of a run's tables; `data_hash` names the shapes.
+pub(super) fn footer(config: &Config, data_hash: &str) -> Vec<String> {
+    let mut sentences = vec![settings(config, data_hash)];
+    // What stands beside GTc, since the trainings aim at it.
+    if config.loss.proto_ce_weight > 0.0 {
+        sentences.push(
+            "GTc: our loss trains for it (its prototype cross-entropy), and that of the paper may not. Its centers are those of the \
+             labels that are scored; split GTc takes them from the other half of the tokens."
+                .to_owned(),
+        );
+    }
+    sentences
+}
+
+fn settings(config: &Config, data_hash: &str) -> String {
+    let LabelConfig {
+        theta_deg,
+        tau_min,
+        chord_fraction,
+        angle_rad,
+        volume_loss,
+        ..
+    } = &config.label;
+    let normals = match config.sample.normals {
+        NormalConfig::Triangle => "of the triangles",
+        NormalConfig::Analytic => "of the true surface",
+    };
+    let voxels = match config.tokens.voxels {
+        Voxels::NormalKeyed => "normal-keyed",
+        Voxels::Plain => "plain",
+    };
+    let seeds: Vec<String> = config.compare.seeds.iter().map(u64::to_string).collect();
+    format!(
+        "θ {theta_deg}°, τ_min {tau_min}; tessellation: chord {chord_fraction} of the diagonal, angle {angle_rad} rad, volume \
+         loss {volume_loss}; {} points, normals {normals}, labels by the triangle of each point (transfer `index`); about {} \
+         {voxels} tokens, {} pose(s); K of the reference (`modes`: found), {} restarts, clustering seed {}; training seeds {}; \
+         commit {}, data {data_hash}.",
+        config.sample.n_points,
+        config.tokens.test_tokens,
+        config.tokens.test_poses,
+        config.eval.restarts,
+        config.eval.seed,
+        seeds.join(", "),
+        commit().unwrap_or_else(|| format!("of version {}", env!("CARGO_PKG_VERSION"))),
+    )
+}
+
+/// The commit of the folder that the program runs in, in twelve digits.
+fn commit() -> Option<String> {
+    let commit = commit_of(Path::new("."))?;
+    Some(commit.chars().take(12).collect())
+}

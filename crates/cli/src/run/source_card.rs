@@ -1,0 +1,78 @@
+//! Says before any training what the labels of a run's sources are like, and how far each two of them are apart.
+//!
+//! Many questions end here: a source with twice the labels of the reference loses by its number of labels alone.
+
+use super::folder::RunFolder;
+use super::shapes::Shape;
+use super::stages::Run;
+use crate::config::Config;
+use crate::source_rows::pair_rows;
+use anyhow::Result;
+use partprobe_eval::{Bootstrap, CardRow, CardTables, PairRow, card_tables};
+use rayon::prelude::*;
+
+/// The files' names in the run folder.
+const TEXT: &str = "source_card.md";
+const JSON: &str = "source_card.json";
+/// The shapes on which two sources differ most are named up to this number.
+const N_MOST: usize = 5;
+
+/// Whether a run folder has its card.
+pub(super) fn has_card(folder: &RunFolder) -> bool {
+    folder.path(JSON).exists()
+}
+
+impl Run<'_> {
+    /// Measures the sources on all shapes that take part, prints the card, and writes it; once per run.
+    ///
+    /// # Errors
+    /// If a file cannot be written.
+    pub(crate) fn note_source_card(&self) -> Result<()> {
+        if has_card(self.folder) {
+            return Ok(());
+        }
+        let shapes: Vec<&Shape> = self.data.shapes.values().collect();
+        let card = card_of(&shapes, self.config);
+        let text = card.to_markdown();
+        self.execution.progress.note(&format!(
+            "The label sources on all shapes of this run:\n\n{text}"
+        ));
+        self.folder.write(TEXT, text.as_bytes())?;
+        self.folder.write(JSON, card.to_json().as_bytes())
+    }
+}
+
+fn card_of(shapes: &[&Shape], config: &Config) -> CardTables {
+    let sources = config.references();
+    let measured: Vec<(Vec<CardRow>, Vec<PairRow>)> = shapes
+        .par_iter()
+        .map(|shape| {
+            let rows = shape.card_rows().map(|row| CardRow {
+                group: shape.group.clone(),
+                ..row.clone()
+            });
+            let of_points: Vec<(&str, &[i32])> = sources
+                .iter()
+                .filter_map(|source| Some((source.as_str(), shape.labels_by(source).ok()?)))
+                .collect();
+            (
+                rows.collect(),
+                pair_rows(&of_points, &shape.id, &shape.group),
+            )
+        })
+        .collect();
+    let (rows, pairs): (Vec<Vec<CardRow>>, Vec<Vec<PairRow>>) = measured.into_iter().unzip();
+    let bootstrap = Bootstrap {
+        draws: config.eval.bootstrap,
+        seed: config.eval.seed,
+        least_groups: Bootstrap::LEAST_GROUPS,
+    };
+    card_tables(
+        rows.concat(),
+        pairs.concat(),
+        Vec::new(),
+        &sources,
+        N_MOST,
+        bootstrap,
+    )
+}

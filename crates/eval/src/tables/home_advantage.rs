@@ -1,0 +1,123 @@
+//! Computes how much more one supervision wins at home than the other wins at its own home.
+//!
+//! Each label source favors the backbone that was trained on it, so one table alone answers nothing. The home advantage puts
+//! the two tables together.
+
+use super::shape_means::{ShapeMean, metrics_of};
+use super::{Bootstrap, TableShapes};
+use crate::bootstrap::GroupSum;
+use crate::metric::Metric;
+use crate::paired::{Difference, GroupOfSeeds, paired_difference};
+use partprobe_carrier::keyed_rng;
+use serde::Serialize;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// H = \[(S − N) scored on S\] − \[(N − S) scored on N\] of two supervisions S and N that are also references.
+///
+/// Above 0, S gains more over N by its own measure than N gains over S by the other. Equal gains give 0, however large.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct HomeAdvantage {
+    /// The algorithm that made the clusters.
+    pub clusterer: String,
+    /// S and N.
+    pub compared: [String; 2],
+    /// The number of shapes with 2 to 19 parts that have all four scores.
+    pub n_shapes: usize,
+    /// The number of groups of related shapes among them.
+    pub n_groups: usize,
+    /// H of each metric, paired shape by shape.
+    pub differences: BTreeMap<Metric, Difference>,
+}
+
+/// The scores of one shape: S and N on S, then S and N on N.
+type Four<'a> = [&'a ShapeMean<'a>; 4];
+
+/// One entry per clusterer and pair of supervisions that are also references.
+pub(super) fn home_advantages(
+    tables: &[TableShapes<'_>],
+    supervisions: &[&str],
+    bootstrap: Bootstrap,
+) -> Vec<HomeAdvantage> {
+    let mut clusterers: Vec<&str> = Vec::new();
+    for [_, clusterer] in tables.iter().map(|table| table.table) {
+        if !clusterers.contains(&clusterer) {
+            clusterers.push(clusterer);
+        }
+    }
+    let mut found = Vec::new();
+    for clusterer in clusterers {
+        for (idx, &first) in supervisions.iter().enumerate() {
+            for &second in &supervisions[idx + 1..] {
+                let advantage = home_advantage(tables, clusterer, [first, second], bootstrap);
+                found.extend(advantage);
+            }
+        }
+    }
+    found
+}
+
+fn home_advantage(
+    tables: &[TableShapes<'_>],
+    clusterer: &str,
+    [s, n]: [&str; 2],
+    bootstrap: Bootstrap,
+) -> Option<HomeAdvantage> {
+    let shapes_of = |reference: &str, supervision: &str| {
+        let table = tables
+            .iter()
+            .find(|table| table.table == [reference, clusterer])?;
+        table.of_supervision.get(supervision)
+    };
+    let first = shapes_of(s, s)?;
+    let others = [shapes_of(s, n)?, shapes_of(n, s)?, shapes_of(n, n)?];
+    let mut fours: Vec<Four<'_>> = Vec::new();
+    for (shape, mean) in first.iter().filter(|(_, mean)| mean.bin.is_in_mean()) {
+        if let [Some(b), Some(c), Some(d)] = others.map(|shapes| shapes.get(shape)) {
+            fours.push([mean, b, c, d]);
+        }
+    }
+
+    let mut differences = BTreeMap::new();
+    for metric in metrics_of(fours.iter().map(|four| four[0])) {
+        let groups = groups_by_seed(&fours, metric);
+        // One stream for all metrics, as for the differences of a table.
+        let mut rng = keyed_rng(bootstrap.seed, &["home-advantage", s, n]);
+        if let Some(difference) = paired_difference(&groups, None, bootstrap, &mut rng) {
+            differences.insert(metric, difference);
+        }
+    }
+    let groups: BTreeSet<&str> = fours.iter().map(|four| four[0].group).collect();
+    (!fours.is_empty()).then(|| HomeAdvantage {
+        clusterer: clusterer.to_owned(),
+        compared: [s.to_owned(), n.to_owned()],
+        n_shapes: fours.len(),
+        n_groups: groups.len(),
+        differences,
+    })
+}
+/// H of each shape and seed that all four have, summed by group of related shapes and seed.
+fn groups_by_seed(fours: &[Four<'_>], metric: Metric) -> Vec<GroupOfSeeds> {
+    let has_all = |seed: &u64| {
+        let has_seed = |mean: &&ShapeMean<'_>| mean.by_seed.contains_key(seed);
+        fours.iter().any(|four| four.iter().all(has_seed))
+    };
+    let all = fours
+        .iter()
+        .flat_map(|four| four[0].by_seed.keys().copied());
+    let seeds: BTreeSet<u64> = all.filter(has_all).collect();
+    let mut groups: BTreeMap<&str, GroupOfSeeds> = BTreeMap::new();
+    for four in fours {
+        for (position, seed) in seeds.iter().enumerate() {
+            let value = |mean: &ShapeMean<'_>| metric.of(mean.by_seed.get(seed)?);
+            let [Some(ss), Some(ns), Some(sn), Some(nn)] = four.map(value) else {
+                continue;
+            };
+            let group = groups
+                .entry(four[0].group)
+                .or_insert_with(|| vec![GroupSum::default(); seeds.len()]);
+            group[position].sum += (ss - ns) - (nn - sn);
+            group[position].n += 1;
+        }
+    }
+    groups.into_values().collect()
+}
