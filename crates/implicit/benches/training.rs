@@ -1,0 +1,4 @@
+//! One update of each trunk.
+fn main() {
+    divan::main();
+}
