@@ -2,7 +2,9 @@
 //! and the lowest time in milliseconds. `tools/torch/bench_implicit.py` compares it with PyTorch.
 
 use partprobe_carrier::Mesh;
-use partprobe_implicit::{Mode, PointLabels, PoolSizes, Pools, Reference, Settings, Training, Trunk};
+use partprobe_implicit::{
+    Mode, PointLabels, PoolSizes, Pools, Reference, Settings, Training, Trunk,
+};
 use std::f64::consts::TAU;
 use std::time::Instant;
 
@@ -10,7 +12,10 @@ use std::time::Instant;
 fn torus(n: usize, m: usize) -> Mesh {
     let vertices: Vec<[f64; 3]> = (0..n * m)
         .map(|i| {
-            let (u, v) = (TAU * (i / m) as f64 / n as f64, TAU * (i % m) as f64 / m as f64);
+            let (u, v) = (
+                TAU * (i / m) as f64 / n as f64,
+                TAU * (i % m) as f64 / m as f64,
+            );
             let radius = 1.0 + 0.4 * v.cos();
             [radius * u.cos(), radius * u.sin(), 0.4 * v.sin()]
         })
@@ -41,9 +46,15 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         _ => Mode::FlatCad,
     };
     let (n_updates, threads) = (number(2)?, number(3)?);
-    rayon::ThreadPoolBuilder::new().num_threads(threads).build_global()?;
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build_global()?;
 
-    let sizes = PoolSizes { surface: 20_000, near: 20_000, uniform: 10_000 };
+    let sizes = PoolSizes {
+        surface: 20_000,
+        near: 20_000,
+        uniform: 10_000,
+    };
     let pools = Pools::new(&Reference::new(&torus(60, 30))?, sizes, "torus")?;
     let n_labels = number(7)? as i32;
     let of_point = (0..20_000).map(|i| i % n_labels.max(1)).collect();

@@ -15,9 +15,26 @@ fn mesh(vertices: Vec<Point>, triangles: Vec<[u32; 3]>) -> Mesh {
 
 /// A box around the origin with these half sides.
 pub(crate) fn cuboid(half: Point) -> Mesh {
-    let corner = |i: usize| std::array::from_fn(|axis| if i >> axis & 1 == 1 { half[axis] } else { -half[axis] });
-    let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
-    let halves = quads.into_iter().flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]]);
+    let corner = |i: usize| {
+        std::array::from_fn(|axis| {
+            if i >> axis & 1 == 1 {
+                half[axis]
+            } else {
+                -half[axis]
+            }
+        })
+    };
+    let quads = [
+        [0, 2, 3, 1],
+        [4, 5, 7, 6],
+        [0, 1, 5, 4],
+        [2, 6, 7, 3],
+        [0, 4, 6, 2],
+        [1, 3, 7, 5],
+    ];
+    let halves = quads
+        .into_iter()
+        .flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]]);
     mesh((0..8).map(corner).collect(), halves.collect())
 }
 
@@ -45,8 +62,15 @@ pub(crate) fn torus([major, minor]: [f64; 2], steps: [usize; 2]) -> Mesh {
 /// A sphere around the origin, from the south pole to the north pole; triangles at the poles have no area.
 pub(crate) fn sphere(radius: f64, [n, m]: [usize; 2]) -> Mesh {
     let vertices = (0..(m + 1) * n).map(|i| {
-        let (u, v) = (2.0 * PI * (i % n) as f64 / n as f64, PI * (i / n) as f64 / m as f64);
-        [radius * v.sin() * u.cos(), radius * v.sin() * u.sin(), -radius * v.cos()]
+        let (u, v) = (
+            2.0 * PI * (i % n) as f64 / n as f64,
+            PI * (i / n) as f64 / m as f64,
+        );
+        [
+            radius * v.sin() * u.cos(),
+            radius * v.sin() * u.sin(),
+            -radius * v.cos(),
+        ]
     });
     let at = |i: usize, j: usize| (j * n + i % n) as u32;
     let quads = (0..n * m).map(|i| (i % n, i / n));

@@ -39,6 +39,10 @@ pub(crate) struct Config {
     pub(crate) sources: BTreeMap<String, SourceTable>,
     #[serde(default)]
     pub(crate) expect: BTreeMap<String, String>,
+    /// If it is there, `run` fits a network per shape instead of training backbones.
+    #[cfg(feature = "train")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) implicit: Option<crate::implicit::ImplicitConfig>,
 }
 
 /// Where shapes come from.
@@ -280,6 +284,10 @@ impl Config {
         self.check_geometry()?;
         self.check_comparison()?;
         self.train.check()?;
+        #[cfg(feature = "train")]
+        if let Some(implicit) = &self.implicit {
+            implicit.check()?;
+        }
         for (name, table) in &self.sources {
             table.check(name)?;
         }

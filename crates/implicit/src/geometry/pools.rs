@@ -3,7 +3,9 @@
 //! Every training of a shape sees the same points, whatever its labels and its seed are.
 
 use super::reference::{Reference, ReferenceError};
-use partprobe_carrier::{NormalKind, Point, PointSample, Rng, keyed_rng, sample_by_area, unit_interval};
+use partprobe_carrier::{
+    NormalKind, Point, PointSample, Rng, keyed_rng, sample_by_area, unit_interval,
+};
 
 /// The two distances, one standard deviation each, at which points lie near the surface, as fractions of the longest side.
 const NEAR: [f64; 2] = [0.005, 0.02];
@@ -113,14 +115,23 @@ impl Pools {
 /// The points with their distances, and how many of them are neither inside nor outside.
 fn with_distances(reference: &Reference, points: &[Point]) -> (OffSurfacePoints, usize) {
     let frame = reference.frame();
-    let in_millimeters: Vec<Point> = points.iter().map(|&point| frame.to_millimeters(point)).collect();
+    let in_millimeters: Vec<Point> = points
+        .iter()
+        .map(|&point| frame.to_millimeters(point))
+        .collect();
     let found = reference.signed_distances(&in_millimeters);
     let is_undecided = |number: f64| number.abs() > UNDECIDED && (number - 1.0).abs() > UNDECIDED;
-    let n_undecided = found.iter().filter(|found| is_undecided(found.winding_number)).count();
+    let n_undecided = found
+        .iter()
+        .filter(|found| is_undecided(found.winding_number))
+        .count();
     let half = 0.5 * frame.longest_side();
     let points = OffSurfacePoints {
         positions: points.iter().copied().map(single).collect(),
-        distances: found.iter().map(|found| (found.distance / half) as f32).collect(),
+        distances: found
+            .iter()
+            .map(|found| (found.distance / half) as f32)
+            .collect(),
     };
     (points, n_undecided)
 }
@@ -155,10 +166,17 @@ mod tests {
         for pool in [&pools.near, &pools.uniform] {
             for (position, distance) in pool.positions.iter().zip(&pool.distances) {
                 let radius = position.iter().map(|x| x * x).sum::<f32>().sqrt();
-                assert!((radius - 1.0 - distance).abs() < 2e-3, "{position:?}: {distance}");
+                assert!(
+                    (radius - 1.0 - distance).abs() < 2e-3,
+                    "{position:?}: {distance}"
+                );
             }
         }
-        let farthest = pools.near.distances.iter().fold(0.0f32, |most, d| most.max(d.abs()));
+        let farthest = pools
+            .near
+            .distances
+            .iter()
+            .fold(0.0f32, |most, d| most.max(d.abs()));
         assert!(farthest > 0.02 && farthest < 0.2, "{farthest}");
         for (position, normal) in pools.surface.positions.iter().zip(&pools.surface.normals) {
             let along: f32 = position.iter().zip(normal).map(|(x, n)| x * n).sum();
@@ -173,6 +191,9 @@ mod tests {
         mesh.tri_face.truncate(mesh.triangles.len());
         let reference = Reference::new(&mesh).unwrap();
         let told = Pools::new(&reference, SIZES, "bowl").unwrap_err();
-        assert!(matches!(told, ReferenceError::Open { percent } if percent > 2.0), "{told}");
+        assert!(
+            matches!(told, ReferenceError::Open { percent } if percent > 2.0),
+            "{told}"
+        );
     }
 }

@@ -1,7 +1,7 @@
 //! A shape in the frame of the networks, which can be asked for signed distances and nearest triangles.
 
 use super::winding::WindingTree;
-use partprobe_carrier::{Mesh, Point, bounding_box, dot, cross};
+use partprobe_carrier::{Mesh, Point, PointSample, bounding_box, cross, dot};
 use partprobe_transfer::{Limits, Nearest, NearestSurface, Query, Surface, TransferError, for_all};
 
 /// The map between millimeters and the frame in which the longest side of a shape goes from −1 to 1.
@@ -83,9 +83,13 @@ impl Reference {
         if mesh.is_cloud() {
             return Err(ReferenceError::Cloud);
         }
-        let used: Vec<Point> = (0..mesh.triangles.len()).flat_map(|t| mesh.corners(t)).collect();
+        let used: Vec<Point> = (0..mesh.triangles.len())
+            .flat_map(|t| mesh.corners(t))
+            .collect();
         let [low, high] = bounding_box(&used).ok_or(ReferenceError::NoExtent)?;
-        let half = (0..3).map(|axis| 0.5 * (high[axis] - low[axis])).fold(0.0, f64::max);
+        let half = (0..3)
+            .map(|axis| 0.5 * (high[axis] - low[axis]))
+            .fold(0.0, f64::max);
         if !(half > 0.0 && half.is_finite()) {
             return Err(ReferenceError::NoExtent);
         }
@@ -94,7 +98,10 @@ impl Reference {
             half,
         };
         let corners: Vec<[Point; 3]> = (0..mesh.triangles.len()).map(|t| mesh.corners(t)).collect();
-        let volume: f64 = corners.iter().map(|&[a, b, c]| dot(a, cross(b, c)) / 6.0).sum();
+        let volume: f64 = corners
+            .iter()
+            .map(|&[a, b, c]| dot(a, cross(b, c)) / 6.0)
+            .sum();
         // What a rounding leaves of a flat sheet is no volume.
         if volume <= 1e-9 * half.powi(3) {
             return Err(ReferenceError::Volume { volume });
@@ -113,6 +120,14 @@ impl Reference {
         &self.frame
     }
 
+    /// The points of a sample in the frame of the networks.
+    #[must_use]
+    pub fn in_frame(&self, sample: &PointSample) -> Vec<[f32; 3]> {
+        let position =
+            |point: &[f32; 3]| self.frame.to_frame(point.map(f64::from)).map(|x| x as f32);
+        sample.points.iter().map(position).collect()
+    }
+
     /// The mesh in millimeters.
     #[must_use]
     pub fn mesh(&self) -> &Mesh {
@@ -122,7 +137,9 @@ impl Reference {
     /// The nearest triangle of each point in millimeters.
     #[must_use]
     pub fn nearest(&self, points: &[Point]) -> Vec<Option<Nearest>> {
-        for_all(&queries(points), |query| self.nearest.nearest(query, &Limits::NONE))
+        for_all(&queries(points), |query| {
+            self.nearest.nearest(query, &Limits::NONE)
+        })
     }
 
     /// The signed distance of each point, in millimeters, negative inside, and its winding number.
@@ -135,7 +152,11 @@ impl Reference {
             let distance = nearest.map_or(f64::INFINITY, |nearest| nearest.distance);
             let winding_number = self.winding.winding_number(query.position);
             SignedDistance {
-                distance: if winding_number < 0.5 { distance } else { -distance },
+                distance: if winding_number < 0.5 {
+                    distance
+                } else {
+                    -distance
+                },
                 winding_number,
             }
         })
@@ -177,9 +198,15 @@ mod tests {
         for (point, found) in points.iter().zip(reference.signed_distances(&points)) {
             let beyond: Point = std::array::from_fn(|axis| point[axis].abs() - half[axis]);
             let outside = beyond.map(|x| x.max(0.0));
-            let inside = beyond.into_iter().fold(f64::NEG_INFINITY, f64::max).min(0.0);
+            let inside = beyond
+                .into_iter()
+                .fold(f64::NEG_INFINITY, f64::max)
+                .min(0.0);
             let expected = dot(outside, outside).sqrt() + inside;
-            assert!((found.distance - expected).abs() < 1e-12, "{point:?}: {found:?}");
+            assert!(
+                (found.distance - expected).abs() < 1e-12,
+                "{point:?}: {found:?}"
+            );
         }
     }
 
@@ -197,11 +224,17 @@ mod tests {
         let refused = |mesh: &Mesh| Reference::new(mesh).unwrap_err();
         assert_eq!(refused(&Mesh::default()), ReferenceError::NoExtent);
         let mut flipped = sphere(1.0, [20, 10]);
-        flipped.triangles.iter_mut().for_each(|corners| corners.swap(1, 2));
+        flipped
+            .triangles
+            .iter_mut()
+            .for_each(|corners| corners.swap(1, 2));
         assert!(matches!(refused(&flipped), ReferenceError::Volume { volume } if volume < 0.0));
         let cloud = Mesh::cloud(vec![[0.0; 3], [1.0; 3]], vec![[0.0, 0.0, 1.0]; 2]);
         assert_eq!(refused(&cloud), ReferenceError::Cloud);
-        let far = Mesh { vertices: vec![[f64::NAN; 3]], ..Mesh::default() };
+        let far = Mesh {
+            vertices: vec![[f64::NAN; 3]],
+            ..Mesh::default()
+        };
         assert!(matches!(refused(&far), ReferenceError::Surface(_)));
     }
 }

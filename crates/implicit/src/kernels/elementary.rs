@@ -91,7 +91,10 @@ mod tests {
             let [sine, cosine] = sine_and_cosine(x);
             let exact = f64::from(x);
             assert!((f64::from(sine) - exact.sin()).abs() < 3e-7, "{x}: {sine}");
-            assert!((f64::from(cosine) - exact.cos()).abs() < 3e-7, "{x}: {cosine}");
+            assert!(
+                (f64::from(cosine) - exact.cos()).abs() < 3e-7,
+                "{x}: {cosine}"
+            );
         }
         assert!(sine_and_cosine(f32::NAN)[0].is_nan());
     }
@@ -102,13 +105,22 @@ mod tests {
             let x = step as f32 * 0.01;
             let exact = f64::from(x);
             if x <= 0.0 {
-                assert!((f64::from(exp_of_negative(x)) / exact.exp() - 1.0).abs() < 4e-7, "{x}");
+                assert!(
+                    (f64::from(exp_of_negative(x)) / exact.exp() - 1.0).abs() < 4e-7,
+                    "{x}"
+                );
             }
             let [sigmoid, softplus] = sigmoid_and_softplus(x);
             let expected = 1.0 / (1.0 + (-exact).exp());
-            assert!((f64::from(sigmoid) - expected).abs() < 2e-7, "{x}: {sigmoid}");
+            assert!(
+                (f64::from(sigmoid) - expected).abs() < 2e-7,
+                "{x}: {sigmoid}"
+            );
             let expected = exact.max(0.0) + (-exact.abs()).exp().ln_1p();
-            assert!((f64::from(softplus) - expected).abs() < 3e-7 * (1.0 + expected), "{x}: {softplus}");
+            assert!(
+                (f64::from(softplus) - expected).abs() < 3e-7 * (1.0 + expected),
+                "{x}: {softplus}"
+            );
         }
     }
 }

@@ -134,15 +134,25 @@ mod tests {
         vectorized(Outer(&x, &y, [n_rows, n_columns], &mut sum));
         for (i, &found) in sum.iter().enumerate() {
             let (row, column) = (i / n_columns, i % n_columns);
-            let terms = (0..n).map(|k| f64::from(x[k * n_rows + row]) * f64::from(y[k * n_columns + column]));
+            let terms = (0..n)
+                .map(|k| f64::from(x[k * n_rows + row]) * f64::from(y[k * n_columns + column]));
             let expected = 1.0 + terms.sum::<f64>();
-            assert!((f64::from(found) - expected).abs() < 1e-3, "{i}: {found} {expected}");
+            assert!(
+                (f64::from(found) - expected).abs() < 1e-3,
+                "{i}: {found} {expected}"
+            );
         }
     }
 
     #[test]
     fn outer_products_are_right_for_all_remainders() {
-        for (n, dims) in [(1, [1, 1]), (96, [3, 128]), (5, [128, 1]), (7, [6, 80]), (96, [64, 64])] {
+        for (n, dims) in [
+            (1, [1, 1]),
+            (96, [3, 128]),
+            (5, [128, 1]),
+            (7, [6, 80]),
+            (96, [64, 64]),
+        ] {
             check(n, dims);
         }
     }

@@ -83,19 +83,16 @@ pub(crate) fn multiply<const LANES_AT_ONCE: usize>(
 
 /// The columns of C panels, for all rows.
 #[inline(always)]
-fn columns<const C: usize>(
-    x: &[f32],
-    panels: &Panels,
-    bias: &[f32],
-    first: usize,
-    y: &mut [f32],
-) {
+fn columns<const C: usize>(x: &[f32], panels: &Panels, bias: &[f32], first: usize, y: &mut [f32]) {
     let (depth, width) = (panels.depth, panels.n_columns);
     let mut start = [[0.0; LANES]; C];
     let mut of_panel: [&[Lane]; C] = [&[]; C];
     for c in 0..C {
         of_panel[c] = panels.panel(first + c);
-        for (at, &x) in start[c].iter_mut().zip(bias.iter().skip((first + c) * LANES)) {
+        for (at, &x) in start[c]
+            .iter_mut()
+            .zip(bias.iter().skip((first + c) * LANES))
+        {
             *at = x;
         }
     }
@@ -192,10 +189,13 @@ mod tests {
             numbers(width, "b"),
         );
         let at = |row: usize, column: usize| {
-            let terms = (0..depth).map(|k| f64::from(x[row * depth + k]) * f64::from(w[k * width + column]));
+            let terms = (0..depth)
+                .map(|k| f64::from(x[row * depth + k]) * f64::from(w[k * width + column]));
             terms.sum::<f64>() + f64::from(bias[column])
         };
-        let transposed: Vec<f32> = (0..width * depth).map(|i| w[i % depth * width + i / depth]).collect();
+        let transposed: Vec<f32> = (0..width * depth)
+            .map(|i| w[i % depth * width + i / depth])
+            .collect();
         for is_transposed in [false, true] {
             let mut panels = Panels::default();
             match is_transposed {
@@ -206,14 +206,24 @@ mod tests {
             vectorized(Product(&x, &panels, &bias, &mut y));
             for (i, &found) in y.iter().enumerate() {
                 let expected = at(i / width, i % width);
-                assert!((f64::from(found) - expected).abs() < 1e-4, "{i}: {found} {expected}");
+                assert!(
+                    (f64::from(found) - expected).abs() < 1e-4,
+                    "{i}: {found} {expected}"
+                );
             }
         }
     }
 
     #[test]
     fn products_are_right_for_all_remainders() {
-        for (n, depth, width) in [(1, 1, 1), (6, 3, 64), (13, 64, 3), (7, 5, 80), (14, 9, 67), (96, 128, 128)] {
+        for (n, depth, width) in [
+            (1, 1, 1),
+            (6, 3, 64),
+            (13, 64, 3),
+            (7, 5, 80),
+            (14, 9, 67),
+            (96, 128, 128),
+        ] {
             check(n, depth, width);
         }
     }

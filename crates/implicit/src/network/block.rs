@@ -187,7 +187,12 @@ impl Workspace {
             let q_before: &[f32] = if layer == 0 { &self.by_gradient } else { q };
             product_of(&self.passed[layer], &self.slopes[layer], scaled);
             let dims = [layout.depth(layer), layout.width];
-            add_outer_products::<N>(q_before, scaled, dims, &mut self.sums[layout.weights(layer)]);
+            add_outer_products::<N>(
+                q_before,
+                scaled,
+                dims,
+                &mut self.sums[layout.weights(layer)],
+            );
             multiply::<N>(q_before, &network.forward[layer], &[], r);
             let (values, slopes) = (&self.values[layer], &self.slopes[layer]);
             network
@@ -207,7 +212,9 @@ impl Workspace {
         let rows = z.chunks_exact_mut(layout.width);
         let inputs = self.values[LAYERS - 1].chunks_exact(layout.width);
         for ((z, input), &by_output) in rows.zip(inputs).zip(&self.by_output) {
-            for (((z, &x), &weight), sum) in z.iter_mut().zip(input).zip(weights).zip(&mut *of_output) {
+            for (((z, &x), &weight), sum) in
+                z.iter_mut().zip(input).zip(weights).zip(&mut *of_output)
+            {
                 *z = by_output * weight;
                 *sum = by_output.mul_add(x, *sum);
             }

@@ -2,7 +2,9 @@
 
 use super::block::{BLOCK, PreparedNetwork, Workspace};
 use super::layout::{HEAD_WIDTH, Layout};
-use crate::kernels::{Kernel, add_column_sums, add_outer_products, exp_of_negative, multiply, vectorized};
+use crate::kernels::{
+    Kernel, add_column_sums, add_outer_products, exp_of_negative, multiply, vectorized,
+};
 
 /// The rows of a block in the head.
 #[derive(Clone, Debug)]
@@ -103,12 +105,22 @@ impl Workspace {
         let columns = layout.label_columns();
         let mut head = std::mem::replace(&mut self.head, HeadRows::empty());
         let mut total = 0.0;
-        for ((row, &label), &weight) in head.scores.chunks_exact_mut(columns).zip(labels).zip(weights) {
+        for ((row, &label), &weight) in head
+            .scores
+            .chunks_exact_mut(columns)
+            .zip(labels)
+            .zip(weights)
+        {
             total += to_derivative(row, layout.n_labels, label, weight);
         }
         let sums = &mut self.sums;
         let dims = [HEAD_WIDTH, columns];
-        add_outer_products::<N>(&head.hidden, &head.scores, dims, &mut sums[layout.label_weights()]);
+        add_outer_products::<N>(
+            &head.hidden,
+            &head.scores,
+            dims,
+            &mut sums[layout.label_weights()],
+        );
         add_column_sums(&head.scores, &mut sums[layout.label_biases()]);
         multiply::<N>(&head.scores, &network.head[3], &[], &mut head.by_hidden);
         for (by, &x) in head.by_hidden.iter_mut().zip(&head.hidden) {
@@ -116,7 +128,12 @@ impl Workspace {
         }
         let dims = [layout.width, HEAD_WIDTH];
         let last = self.values.last().map_or(&[][..], |last| last);
-        add_outer_products::<N>(last, &head.by_hidden, dims, &mut sums[layout.head_weights()]);
+        add_outer_products::<N>(
+            last,
+            &head.by_hidden,
+            dims,
+            &mut sums[layout.head_weights()],
+        );
         add_column_sums(&head.by_hidden, &mut sums[layout.head_biases()]);
         multiply::<N>(&head.by_hidden, &network.head[2], &[], &mut self.by_last);
         self.head = head;
@@ -144,7 +161,9 @@ struct CrossEntropy<'a> {
 impl Kernel for CrossEntropy<'_> {
     #[inline(always)]
     fn run<const N: usize>(self) {
-        let found = self.workspace.cross_entropy_by::<N>(self.network, self.labels, self.weights);
+        let found = self
+            .workspace
+            .cross_entropy_by::<N>(self.network, self.labels, self.weights);
         *self.total = found;
     }
 }
@@ -163,12 +182,18 @@ impl HeadRows {
 /// Replaces the scores of a point by the derivatives of its loss, and returns the loss.
 #[inline(always)]
 fn to_derivative(row: &mut [f32], n_labels: usize, label: i32, weight: f32) -> f64 {
-    let Some(label) = usize::try_from(label).ok().filter(|&label| label < n_labels) else {
+    let Some(label) = usize::try_from(label)
+        .ok()
+        .filter(|&label| label < n_labels)
+    else {
         row.fill(0.0);
         return 0.0;
     };
     let (scores, beyond) = row.split_at_mut(n_labels);
-    let highest = scores.iter().fold(f32::NEG_INFINITY, |most, &x| if most < x { x } else { most });
+    let highest = scores.iter().fold(
+        f32::NEG_INFINITY,
+        |most, &x| if most < x { x } else { most },
+    );
     let own = scores[label] - highest;
     let mut total = 0.0;
     for x in &mut *scores {

@@ -68,7 +68,11 @@ impl Network {
             workspace.forward(network);
             workspace.gradient(network);
             let (gradients, _) = workspace.gradients.as_chunks::<3>();
-            let all = workspace.outputs.iter().copied().zip(gradients.iter().copied());
+            let all = workspace
+                .outputs
+                .iter()
+                .copied()
+                .zip(gradients.iter().copied());
             found.extend(all.take(positions.len()));
         })
     }

@@ -40,9 +40,15 @@ fn draw_sines(layout: &Layout, seed: u64, parameters: &mut [f32]) {
             of_sines(depth)
         };
         draw(&mut parameters[layout.weights(layer)], most);
-        draw(&mut parameters[layout.biases(layer)], 1.0 / (depth as f64).sqrt());
+        draw(
+            &mut parameters[layout.biases(layer)],
+            1.0 / (depth as f64).sqrt(),
+        );
     }
-    draw(&mut parameters[layout.output_weights()], of_sines(layout.width));
+    draw(
+        &mut parameters[layout.output_weights()],
+        of_sines(layout.width),
+    );
 }
 
 /// Geometric initialization (Atzmon and Lipman, "SAL: sign agnostic learning of shapes from raw data", 2020): the distance to a

@@ -3,8 +3,8 @@
 mod activation;
 mod block;
 mod head;
-mod initial;
 mod inference;
+mod initial;
 mod layout;
 mod trunk;
 

@@ -44,7 +44,11 @@ pub(super) fn learning_rate(first: f64, last: f64, index: usize, n: usize) -> f6
 
 /// Scales a gradient down to a norm; 0 for any norm.
 pub(super) fn clip(gradient: &mut [f32], most: f64) {
-    let norm = gradient.iter().map(|&g| f64::from(g) * f64::from(g)).sum::<f64>().sqrt();
+    let norm = gradient
+        .iter()
+        .map(|&g| f64::from(g) * f64::from(g))
+        .sum::<f64>()
+        .sqrt();
     if most > 0.0 && norm > most {
         let scale = (most / norm) as f32;
         gradient.iter_mut().for_each(|g| *g *= scale);

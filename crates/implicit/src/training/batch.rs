@@ -22,7 +22,12 @@ pub(super) struct Block {
 }
 
 /// The blocks of an update: surface points, then near ones, then uniform ones.
-pub(super) fn draw(pools: &Pools, points: [usize; 3], with_angles: bool, rng: &mut Rng) -> Vec<Block> {
+pub(super) fn draw(
+    pools: &Pools,
+    points: [usize; 3],
+    with_angles: bool,
+    rng: &mut Rng,
+) -> Vec<Block> {
     let of_kind = [
         (Kind::Surface, pools.surface.positions.len()),
         (Kind::Near, pools.near.positions.len()),
@@ -33,10 +38,18 @@ pub(super) fn draw(pools: &Pools, points: [usize; 3], with_angles: bool, rng: &m
         for _ in 0..n_points.div_ceil(BLOCK) {
             let point = |rng: &mut Rng| (unit_interval(rng) * n_all as f64) as u32;
             let points = (0..BLOCK).map(|_| point(rng)).collect();
-            let n_angles = if with_angles && kind == Kind::Near { BLOCK } else { 0 };
+            let n_angles = if with_angles && kind == Kind::Near {
+                BLOCK
+            } else {
+                0
+            };
             let angle = |rng: &mut Rng| (std::f64::consts::TAU * unit_interval(rng)) as f32;
             let angles = (0..n_angles).map(|_| angle(rng)).collect();
-            blocks.push(Block { kind, points, angles });
+            blocks.push(Block {
+                kind,
+                points,
+                angles,
+            });
         }
     }
     blocks

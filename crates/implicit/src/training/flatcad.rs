@@ -18,7 +18,10 @@ const CORNERS: [[f32; 2]; 4] = [[1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.
 /// The weight of the off-diagonal loss: constant at first, then falling, and 0 at the end.
 pub(super) fn off_diagonal_weight(done: f64) -> f64 {
     const LEVELS: [(f64, f64); 4] = [(0.0, 10.0), (0.2, 10.0), (0.5, 0.001), (1.0, 0.0)];
-    let after = LEVELS.iter().position(|level| done < level.0).unwrap_or(LEVELS.len() - 1);
+    let after = LEVELS
+        .iter()
+        .position(|level| done < level.0)
+        .unwrap_or(LEVELS.len() - 1);
     let [(from, high), (to, low)] = [LEVELS[after.max(1) - 1], LEVELS[after.max(1)]];
     high + (low - high) * ((done - from) / (to - from)).clamp(0.0, 1.0)
 }
@@ -100,9 +103,13 @@ impl Task {
         let (work, factors) = (&mut self.main, &shared.factors);
         work.gradient(shared.network);
         work.by_gradient.fill(0.0);
-        let rows = work.gradients.chunks_exact(3).zip(work.by_gradient.chunks_exact_mut(3));
+        let rows = work
+            .gradients
+            .chunks_exact(3)
+            .zip(work.by_gradient.chunks_exact_mut(3));
         for (gradient, by_gradient) in rows {
-            self.losses.eikonal += eikonal(gradient, by_gradient, factors.eikonal) * factors.means.eikonal;
+            self.losses.eikonal +=
+                eikonal(gradient, by_gradient, factors.eikonal) * factors.means.eikonal;
         }
     }
 }
@@ -157,7 +164,15 @@ mod tests {
 
     #[test]
     fn the_weight_falls_in_stages() {
-        for (done, expected) in [(0.0, 10.0), (0.1, 10.0), (0.2, 10.0), (0.35, 5.0005), (0.5, 0.001), (0.75, 0.0005), (1.0, 0.0)] {
+        for (done, expected) in [
+            (0.0, 10.0),
+            (0.1, 10.0),
+            (0.2, 10.0),
+            (0.35, 5.0005),
+            (0.5, 0.001),
+            (0.75, 0.0005),
+            (1.0, 0.0),
+        ] {
             let found = off_diagonal_weight(done);
             assert!((found - expected).abs() < 1e-9, "{done}: {found}");
         }

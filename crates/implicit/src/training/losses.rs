@@ -73,9 +73,15 @@ pub(super) fn eikonal(gradient: &[f32], by_gradient: &mut [f32], factor: f64) ->
 }
 
 /// Adds 1 − cosine of the angle between gradient and normal to the derivative by the gradient, and returns the loss.
-pub(super) fn normal(gradient: &[f32], normal: &[f32; 3], by_gradient: &mut [f32], factor: f64) -> f64 {
+pub(super) fn normal(
+    gradient: &[f32],
+    normal: &[f32; 3],
+    by_gradient: &mut [f32],
+    factor: f64,
+) -> f64 {
     let length = length_of(gradient);
-    let cosine = (gradient[0] * normal[0] + gradient[1] * normal[1] + gradient[2] * normal[2]) / length;
+    let cosine =
+        (gradient[0] * normal[0] + gradient[1] * normal[1] + gradient[2] * normal[2]) / length;
     let scale = factor as f32 / length;
     for ((by, x), n) in by_gradient.iter_mut().zip(gradient).zip(normal) {
         *by -= scale * (n - cosine * x / length);

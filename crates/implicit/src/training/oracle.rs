@@ -15,14 +15,21 @@ impl Task {
         let (work, factors) = (&mut self.main, &shared.factors);
         work.gradient(shared.network);
         work.by_gradient.fill(0.0);
-        let rows = work.gradients.chunks_exact(3).zip(work.by_gradient.chunks_exact_mut(3));
+        let rows = work
+            .gradients
+            .chunks_exact(3)
+            .zip(work.by_gradient.chunks_exact_mut(3));
         let outputs = work.outputs.iter().zip(&mut work.by_output);
-        for (((gradient, by_gradient), (&output, by_output)), &point) in rows.zip(outputs).zip(&block.points) {
+        for (((gradient, by_gradient), (&output, by_output)), &point) in
+            rows.zip(outputs).zip(&block.points)
+        {
             *by_output = 0.5 * factors.surface as f32 * sign(output);
             let expected = &shared.pools.surface.normals[point as usize];
             self.losses.surface += f64::from(0.5 * output.abs()) * factors.means.surface;
-            self.losses.normal += normal(gradient, expected, by_gradient, factors.normal) * factors.means.surface;
-            self.losses.eikonal += eikonal(gradient, by_gradient, factors.eikonal) * factors.means.eikonal;
+            self.losses.normal +=
+                normal(gradient, expected, by_gradient, factors.normal) * factors.means.surface;
+            self.losses.eikonal +=
+                eikonal(gradient, by_gradient, factors.eikonal) * factors.means.eikonal;
         }
         true
     }
@@ -39,9 +46,13 @@ impl Task {
         let (work, factors) = (&mut self.main, &shared.factors);
         work.gradient(shared.network);
         work.by_gradient.fill(0.0);
-        let rows = work.gradients.chunks_exact(3).zip(work.by_gradient.chunks_exact_mut(3));
+        let rows = work
+            .gradients
+            .chunks_exact(3)
+            .zip(work.by_gradient.chunks_exact_mut(3));
         for (gradient, by_gradient) in rows {
-            self.losses.eikonal += eikonal(gradient, by_gradient, factors.eikonal) * factors.means.eikonal;
+            self.losses.eikonal +=
+                eikonal(gradient, by_gradient, factors.eikonal) * factors.means.eikonal;
         }
         true
     }
@@ -84,7 +95,10 @@ mod tests {
             (0.5, 0.05, 0.45),
             (0.0, -0.2, 0.1),
         ] {
-            assert!((beyond(found, exact) - expected).abs() < 1e-6, "{found} {exact}");
+            assert!(
+                (beyond(found, exact) - expected).abs() < 1e-6,
+                "{found} {exact}"
+            );
         }
     }
 }

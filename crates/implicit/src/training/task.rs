@@ -93,7 +93,9 @@ impl Task {
             self.labels.push(label);
             self.label_weights.push(factor * labels.weight(label));
         }
-        let total = self.main.cross_entropy(shared.network, &self.labels, &self.label_weights);
+        let total = self
+            .main
+            .cross_entropy(shared.network, &self.labels, &self.label_weights);
         // The reported mean is without the weight of the term.
         self.losses.segmentation += total / f64::from(factor) * shared.factors.means.surface;
         shared.seg_grad == SegGrad::Trunk

@@ -52,10 +52,16 @@ impl PointLabels {
                 n_points,
             });
         }
-        let n_labels = of_point.iter().max().map_or(0, |&most| usize::try_from(most + 1).unwrap_or(0));
+        let n_labels = of_point
+            .iter()
+            .max()
+            .map_or(0, |&most| usize::try_from(most + 1).unwrap_or(0));
         let mut counts = vec![0usize; n_labels];
         for label in &of_point {
-            if let Some(count) = usize::try_from(*label).ok().and_then(|label| counts.get_mut(label)) {
+            if let Some(count) = usize::try_from(*label)
+                .ok()
+                .and_then(|label| counts.get_mut(label))
+            {
                 *count += 1;
             }
         }
@@ -86,7 +92,9 @@ impl PointLabels {
     }
 
     pub(super) fn weight(&self, label: i32) -> f32 {
-        let weight = usize::try_from(label).ok().and_then(|label| self.weights.get(label));
+        let weight = usize::try_from(label)
+            .ok()
+            .and_then(|label| self.weights.get(label));
         weight.copied().unwrap_or(0.0)
     }
 }
@@ -153,7 +161,8 @@ impl<'a> Training<'a> {
             settings.iterations,
         );
         let (adam, gradient) = (&mut self.adam, &self.gradient);
-        self.prepared.update(|parameters| adam.update(parameters, gradient, rate));
+        self.prepared
+            .update(|parameters| adam.update(parameters, gradient, rate));
         self.n_updates += 1;
         losses
     }
@@ -177,17 +186,21 @@ impl<'a> Training<'a> {
             seg_grad: self.settings.seg_grad,
             factors: self.factors(),
         };
-        self.tasks.par_iter_mut().enumerate().for_each(|(index, task)| {
-            task.reset();
-            for block in blocks.iter().skip(index).step_by(TASKS) {
-                task.add(block, &shared);
-            }
-        });
+        self.tasks
+            .par_iter_mut()
+            .enumerate()
+            .for_each(|(index, task)| {
+                task.reset();
+                for block in blocks.iter().skip(index).step_by(TASKS) {
+                    task.add(block, &shared);
+                }
+            });
         let mut losses = Losses::default();
         self.gradient.fill(0.0);
         for task in &self.tasks {
             losses += task.losses;
-            let sums = std::iter::once(&task.main.sums).chain(task.around.as_ref().map(|around| &around.sums));
+            let sums = std::iter::once(&task.main.sums)
+                .chain(task.around.as_ref().map(|around| &around.sums));
             for sums in sums {
                 for (total, x) in self.gradient.iter_mut().zip(sums) {
                     *total += x;
@@ -202,10 +215,18 @@ impl<'a> Training<'a> {
         let [surface, near, uniform] = settings.points.map(|n| n.next_multiple_of(BLOCK) as f64);
         let one_over = |n: f64| if n > 0.0 { n.recip() } else { 0.0 };
         let (weights, n_off, n_eikonal) = match settings.mode {
-            Mode::OracleSdf => ([50.0, 20.0, 1.0, 0.1, 0.0], near + uniform, surface + uniform),
+            Mode::OracleSdf => (
+                [50.0, 20.0, 1.0, 0.1, 0.0],
+                near + uniform,
+                surface + uniform,
+            ),
             Mode::FlatCad => {
                 let done = self.n_updates as f64 / settings.iterations.max(1) as f64;
-                ([7000.0, 600.0, 0.0, 50.0, off_diagonal_weight(done)], uniform, near + uniform)
+                (
+                    [7000.0, 600.0, 0.0, 50.0, off_diagonal_weight(done)],
+                    uniform,
+                    near + uniform,
+                )
             }
         };
         let means = Means {
