@@ -43,6 +43,10 @@ pub(crate) struct Config {
     #[cfg(feature = "train")]
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) implicit: Option<crate::implicit::ImplicitConfig>,
+    /// A program without training reads the table and does nothing with it.
+    #[cfg(not(feature = "train"))]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) implicit: Option<toml::Table>,
 }
 
 /// Where shapes come from.

@@ -76,9 +76,10 @@ pub(crate) fn run(
     };
     let records = probe.fit_all(&shapes)?;
     let ids: Vec<String> = shapes.iter().map(|shape| shape.id.clone()).collect();
+    let arms = probe.arms();
     let input = TableInput {
         records: &records,
-        arms: &probe.arms(),
+        arms: &arms,
         seeds: probe.seeds,
         reference: probe.reference.name(),
         settings,
@@ -88,7 +89,7 @@ pub(crate) fn run(
     folder.write("tables.md", made.markdown.as_bytes())?;
     folder.write("tables.csv", record::csv(&records).as_bytes())?;
     folder.write_json("tables.json", &made.json)?;
-    let page = report::html(&made, &ids, &probe.arms());
+    let page = report::html(&made, &ids, &arms);
     folder.write("report.html", page.as_bytes())?;
     crate::stdout::print_result(made.markdown.trim_end())
 }
