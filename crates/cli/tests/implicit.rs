@@ -60,8 +60,17 @@ fn results(run: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
 #[test]
 fn a_run_is_the_same_for_any_threads_and_after_an_interruption() {
     let corpus = corpus();
-    let told = run(corpus.path(), "one", &["--jobs", "1"], 0, "warning: open, step-parts, seed 0: the surface is not closed");
-    assert!(told.contains("2 of 3 shapes, 2 seeds") && told.contains("- open: "), "{told}");
+    let told = run(
+        corpus.path(),
+        "one",
+        &["--jobs", "1"],
+        0,
+        "warning: open, step-parts, seed 0: the surface is not closed",
+    );
+    assert!(
+        told.contains("2 of 3 shapes, 2 seeds") && told.contains("- open: "),
+        "{told}"
+    );
     run(corpus.path(), "three", &["--jobs", "3"], 0, "");
     let (one, three) = (corpus.path().join("one"), corpus.path().join("three"));
     let expected = results(&one);
@@ -78,7 +87,12 @@ fn a_run_is_the_same_for_any_threads_and_after_an_interruption() {
     }
     assert_eq!(expected, results(&three));
 
-    for file in ["tables.md", "fits/block/control-1.json", "fits/chamfered/step-parts-0.json", "meshes/block/ward-20-0.ply"] {
+    for file in [
+        "tables.md",
+        "fits/block/control-1.json",
+        "fits/chamfered/step-parts-0.json",
+        "meshes/block/ward-20-0.ply",
+    ] {
         fs::remove_file(three.join(file)).unwrap();
     }
     run(corpus.path(), "three", &["--resume"], 0, "");
@@ -93,11 +107,23 @@ fn a_run_is_the_same_for_any_threads_and_after_an_interruption() {
 fn settings_that_cannot_be_meant_are_refused() {
     let corpus = corpus();
     for (setting, error) in [
-        ("implicit.trunk=siren", "choose one of siren-256x4, siren-128x4"),
-        ("implicit.resolution=100", "implicit.resolution must be a multiple of 32"),
-        ("implicit.iterations=0", "implicit.iterations must be positive"),
+        (
+            "implicit.trunk=siren",
+            "choose one of siren-256x4, siren-128x4",
+        ),
+        (
+            "implicit.resolution=100",
+            "implicit.resolution must be a multiple of 32",
+        ),
+        (
+            "implicit.iterations=0",
+            "implicit.iterations must be positive",
+        ),
         ("implicit.points=[0,1,1]", "implicit.points"),
-        ("implicit.learning_rate=0.0", "implicit.learning_rate must be positive"),
+        (
+            "implicit.learning_rate=0.0",
+            "implicit.learning_rate must be positive",
+        ),
     ] {
         run(corpus.path(), "refused", &["--set", setting], 2, error);
     }

@@ -1,5 +1,5 @@
-//! Measures updates of a network on a torus: `update_time TRUNK MODE UPDATES THREADS SURFACE NEAR UNIFORM LABELS`. Prints one line of JSON with the median
-//! and the lowest time in milliseconds. `tools/torch/bench_implicit.py` compares it with PyTorch.
+//! Measures updates of a network on a torus: `update_time TRUNK MODE UPDATES THREADS SURFACE NEAR UNIFORM LABELS`. Prints one
+//! line of JSON with the median and the lowest time in milliseconds. `tools/torch/bench_implicit.py` compares it with PyTorch.
 
 use partprobe_carrier::Mesh;
 use partprobe_implicit::{

@@ -3,14 +3,20 @@
 use super::pictures::picture_path;
 use super::tables::ProbeTables;
 
+/// What the page starts with.
+const HEAD: &str = r#"<!doctype html>
+<html lang="en"><head><meta charset="utf-8"><title>The implicit probe</title>
+<style>
+body { font: 15px sans-serif; margin: 2em; }
+table { border-collapse: collapse; margin: 1em 0; }
+td, th { border: 1px solid #ccc; padding: 2px 8px; text-align: right; }
+td:first-child, th:first-child { text-align: left; }
+</style></head><body>
+"#;
+
 /// The page. Pictures are beside it in the run folder.
 pub(super) fn html(tables: &ProbeTables, shapes: &[String], arms: &[String]) -> String {
-    let mut text = String::from(
-        "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>The implicit probe</title>\n<style>body { font: 15px \
-         sans-serif; margin: 2em; } table { border-collapse: collapse; margin: 1em 0; } td, th { border: 1px solid #ccc; padding: 2px \
-         8px; text-align: right; } td:first-child, th:first-child { text-align: left; }</style></head><body>\n<h1>The implicit \
-         probe</h1>\n",
-    );
+    let mut text = format!("{HEAD}<h1>The implicit probe</h1>\n");
     for block in tables.markdown.trim().split("\n\n") {
         text += &if block.starts_with('|') {
             table(block)

@@ -216,7 +216,10 @@ fn means(input: &TableInput<'_>, scores: &ShapeScores<'_>, metrics: &[&str]) -> 
             .iter()
             .map(|metric| cell(&scores.of_shapes(arm, metric.name), metric.scale));
         let n = scores.shapes.len().to_string();
-        [format!("`{arm}`"), n].into_iter().chain(cells).collect::<Vec<String>>()
+        [format!("`{arm}`"), n]
+            .into_iter()
+            .chain(cells)
+            .collect::<Vec<String>>()
     });
     let headings = ["supervision", "N"]
         .into_iter()

@@ -68,7 +68,7 @@ pub struct OffSurfacePoints {
 impl Pools {
     /// Draws the points of a shape. `key` names the shape.
     ///
-    /// Cost: about a microsecond per point, on all threads of the current pool.
+    /// Cost: some microseconds per point, on all threads of the current pool.
     ///
     /// # Errors
     /// If the surface is not closed.

@@ -25,8 +25,8 @@ pub struct SurfaceScores {
     pub nc: f64,
 }
 
-/// The same from points to points, as published code computes it: each surface is scaled to its own bounding box, and the absolute value of the
-/// normal consistency is taken for each coordinate.
+/// The same from points to points, as published code computes it: each surface is scaled to its own bounding box, and the
+/// absolute value of the normal consistency is taken for each coordinate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PointScores {
     /// See [`SurfaceScores::cdl1`].
@@ -238,8 +238,8 @@ mod tests {
         let sample = reference_sample(&reference, 20_000, "box", 0);
         let (exact, by_points) =
             surface_scores(&moved(&mesh, &reference, 0.2), &reference, &sample).unwrap();
-        // Of six sides, two are 0.1 of the longest side away. Of the other four, a tenth lies beyond the other box, half as far in the mean,
-        // and is nearer to the end of the box than to its side.
+        // Of six sides, two are 0.1 of the longest side away. Of the other four, a tenth lies beyond the other box, half as far in
+        // the mean.
         assert!(
             exact.cdl1 > 0.1 / 3.0 && exact.cdl1 < 0.1 / 3.0 + 0.01,
             "{exact:?}"

@@ -1,8 +1,8 @@
 //! Cuts a cube whose corners are inside or outside of a surface (Lorensen and Cline, "Marching cubes", 1987).
 //!
 //! The cases are derived, not listed. On each side of the cube, lines separate the corners inside from those outside. Where
-//! two opposite corners of a side are inside and the other two are not, each of the inside ones is cut off alone. Both cubes at the side
-//! decide alike, so that the surface has no gaps. The lines of the six sides form loops, which are divided into triangles.
+//! two opposite corners of a side are inside and the other two are not, each of the inside ones is cut off alone. Both cubes at
+//! the side decide alike, so that the surface has no gaps. The lines of the six sides form loops, which are divided into triangles.
 
 /// The corners of the cube: bit 0 of the index is x, bit 1 is y, bit 2 is z.
 pub(super) const CORNERS: usize = 8;

@@ -1,7 +1,7 @@
 //! Finds the triangles of a surface.
 //!
-//! The distance at the middle of each of 32³ coarse cells comes first. Where it is more than twice the cell's radius, the cell is left
-//! out. A neighbor of a cell that the surface leaves is taken in again, so that the surface has no holes, however
+//! The distance at the middle of each of 32³ coarse cells comes first. Where it is more than twice the cell's radius, the cell
+//! is left out. A neighbor of a cell that the surface leaves is taken in again, so that the surface has no holes, however
 //! wrong the distances are.
 
 use super::cube::{CORNERS, Cases, Edge};
