@@ -116,6 +116,11 @@ bench-torch *arguments: (_venv "torch" torch_packages)
     cargo build --release
     "{{torch}}" tools/torch/bench_step.py --partprobe "{{program}}" {{arguments}}
 
+# An update of the implicit probe against PyTorch on the same network: just bench-implicit [--trunk NAME]
+bench-implicit *arguments: (_venv "torch" torch_packages)
+    cargo build --release -p partprobe-implicit --example update_time
+    "{{torch}}" tools/torch/bench_implicit.py --program "{{build}}/release/examples/update_time" {{arguments}}
+
 # One factor of the training at a time, as the table of docs/studies/ablations.md: just ablations OUT
 ablations out:
     cargo build --release

@@ -26,6 +26,8 @@ mod dataset_settings;
 mod disk_files;
 mod file_size_limit;
 mod folder_lock;
+#[cfg(feature = "train")]
+mod implicit;
 mod interrupt;
 mod label;
 mod label_sources;

@@ -43,6 +43,14 @@ pub(crate) struct Config {
     pub(crate) endpoints: Vec<EndpointConfig>,
     #[serde(default)]
     pub(crate) expect: BTreeMap<String, String>,
+    /// If it is there, `run` fits a network per shape instead of training backbones.
+    #[cfg(feature = "train")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) implicit: Option<crate::implicit::ImplicitConfig>,
+    /// A program without training reads the table and does nothing with it.
+    #[cfg(not(feature = "train"))]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) implicit: Option<toml::Table>,
 }
 
 /// Where shapes come from.
@@ -287,6 +295,10 @@ impl Config {
         self.check_geometry()?;
         self.check_comparison()?;
         self.train.check()?;
+        #[cfg(feature = "train")]
+        if let Some(implicit) = &self.implicit {
+            implicit.check()?;
+        }
         for (name, table) in &self.sources {
             table.check(name)?;
         }

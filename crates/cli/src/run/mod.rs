@@ -38,7 +38,7 @@ mod validation;
 mod verdict;
 mod weights;
 
-pub(crate) use choice::NEARLY_EQUAL;
+pub(crate) use choice::{NEARLY_EQUAL, choose};
 pub(crate) use data_path::{remember_data, remembered_data};
 pub(crate) use data_settings::{ensure_settings_of, settings_of, with_data};
 pub(crate) use evaluation::{embedding_members, npz_bytes};
@@ -47,7 +47,7 @@ pub(crate) use folder::RunFolder;
 pub(crate) use host::{RunRecord, today};
 pub(crate) use nonfinite::DumpedUpdate;
 pub(crate) use results::checked_expectations;
-pub(crate) use shapes::named_sources;
+pub(crate) use shapes::{Points, Shape, ShapeLoader, named_sources};
 pub(crate) use stages::Run;
 pub(crate) use training_args::TrainingArgs;
 pub(crate) use verdict::verdict_settings;

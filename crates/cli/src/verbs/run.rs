@@ -25,7 +25,7 @@ Before the first training, the card of the label sources is printed (source_card
 The run folder holds config.toml, split.json, log.jsonl, tensorboard/, checkpoints/, test/, predictions/,
 scores.jsonl, tables.{md,csv,json} and report.html. A config's [expect] table bounds scores; a run that misses one exits 3.")]
 pub(crate) struct RunArgs {
-    /// A shipped config (base, smoke, abc-small, pointnet) or a TOML file.
+    /// A shipped config (base, smoke, abc-small, pointnet, implicit) or a TOML file.
     #[arg(value_name = "NAME|FILE")]
     config: String,
     /// STEP files, folders, lists of paths, or a labeled data set; instead of the config's own.
@@ -92,6 +92,13 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode> {
         labeled_data(&data, &loaded.config, &folder, &execution)
     })?;
     ensure_settings_of(dataset.root(), &loaded)?;
+    if let Some(settings) = &loaded.config.implicit {
+        timed.stage("implicit", || {
+            crate::implicit::run(&dataset, &loaded.config, settings, &folder, &execution)
+        })?;
+        timed.record.write(&folder)?;
+        return Ok(ExitCode::SUCCESS);
+    }
     let points = args.training.points();
     let mut run = timed.stage("sample", || {
         Run::new(&dataset, &loaded.config, &folder, &execution, points)

@@ -1,0 +1,131 @@
+//! Tests `partprobe run implicit` as a user runs it: files that do not depend on the number of threads or on an interruption, and
+//! shapes that cannot be fitted.
+
+#![allow(
+    clippy::unwrap_used,
+    reason = "a helper of a test may panic like the test itself"
+)]
+
+mod folder;
+mod program;
+
+use folder::contents;
+use partprobe_synth::fixtures;
+use program::check;
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// A block, a plate with a chamfer, and a box without a lid, whose surface is open.
+fn corpus() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    fs::create_dir(folder.path().join("parts")).unwrap();
+    for (name, text) in [
+        ("block", fixtures::cuboid([4.0, 3.0, 2.0])),
+        ("chamfered", fixtures::chamfered_block([4.0, 3.0, 1.5], 0.5)),
+        ("open", fixtures::open_box([4.0, 3.0, 2.0])),
+    ] {
+        fs::write(folder.path().join(format!("parts/{name}.step")), text).unwrap();
+    }
+    check(folder.path(), &["label", "parts", "--out", "data"], 0, "");
+    folder
+}
+
+/// A run with small numbers: two seeds of three arms.
+fn run(folder: &Path, out: &str, more: &[&str], code: i32, error: &str) -> String {
+    let small = [
+        "implicit.trunk=siren-64x4",
+        "implicit.iterations=60",
+        "implicit.points=[192,192,96]",
+        "implicit.resolution=32",
+        "implicit.score_points=2000",
+        "implicit.picture_size=64",
+        "compare.seeds=[0,1]",
+    ];
+    let mut arguments = vec!["run", "implicit", "--data", "data", "--out", out];
+    arguments.extend(small.iter().flat_map(|setting| ["--set", setting]));
+    arguments.extend(more);
+    check(folder, &arguments, code, error)
+}
+
+/// What a run has made, without the times.
+fn results(run: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+    let mut files = contents(run);
+    for file in ["log.jsonl", "run.json", ".lock"] {
+        files.remove(Path::new(file));
+    }
+    files
+}
+
+#[test]
+fn a_run_is_the_same_for_any_threads_and_after_an_interruption() {
+    let corpus = corpus();
+    let told = run(
+        corpus.path(),
+        "one",
+        &["--jobs", "1"],
+        0,
+        "warning: open, step-parts, seed 0: the surface is not closed",
+    );
+    assert!(
+        told.contains("2 of 3 shapes, 2 seeds") && told.contains("- open: "),
+        "{told}"
+    );
+    run(corpus.path(), "three", &["--jobs", "3"], 0, "");
+    let (one, three) = (corpus.path().join("one"), corpus.path().join("three"));
+    let expected = results(&one);
+    for file in [
+        "tables.md",
+        "tables.json",
+        "tables.csv",
+        "report.html",
+        "fits/block/control-1.json",
+        "meshes/block/ward-20-0.ply",
+        "pictures/chamfered/step-parts.png",
+    ] {
+        assert!(expected.contains_key(Path::new(file)), "{file}");
+    }
+    assert_eq!(expected, results(&three));
+
+    for file in [
+        "tables.md",
+        "fits/block/control-1.json",
+        "fits/chamfered/step-parts-0.json",
+        "meshes/block/ward-20-0.ply",
+    ] {
+        fs::remove_file(three.join(file)).unwrap();
+    }
+    run(corpus.path(), "three", &["--resume"], 0, "");
+    let mut resumed = results(&three);
+    // Its fit was finished, so its mesh is not made again.
+    let mesh = Path::new("meshes/block/ward-20-0.ply").to_owned();
+    resumed.insert(mesh.clone(), expected[&mesh].clone());
+    assert_eq!(expected, resumed);
+}
+
+#[test]
+fn settings_that_cannot_be_meant_are_refused() {
+    let corpus = corpus();
+    for (setting, error) in [
+        (
+            "implicit.trunk=siren",
+            "choose one of siren-256x4, siren-128x4",
+        ),
+        (
+            "implicit.resolution=100",
+            "implicit.resolution must be a multiple of 32",
+        ),
+        (
+            "implicit.iterations=0",
+            "implicit.iterations must be positive",
+        ),
+        ("implicit.points=[0,1,1]", "implicit.points"),
+        (
+            "implicit.learning_rate=0.0",
+            "implicit.learning_rate must be positive",
+        ),
+    ] {
+        run(corpus.path(), "refused", &["--set", setting], 2, error);
+    }
+    assert!(!corpus.path().join("refused").exists());
+}

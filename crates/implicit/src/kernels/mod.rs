@@ -1,0 +1,20 @@
+//! Computes on rows of numbers: matrix products, outer products, and the functions that neurons apply.
+//!
+//! Everything is safe Rust that is compiled once per vector unit; the unit is chosen at run time. Each sum has one order and
+//! uses fused multiply-add, so that all units give the same bits.
+
+mod dispatch;
+mod elementary;
+mod outer;
+mod panels;
+
+pub(crate) use dispatch::{Kernel, vectorized};
+pub(crate) use elementary::{exp_of_negative, sigmoid_and_softplus, sine_and_cosine};
+pub(crate) use outer::{add_column_sums, add_outer_products};
+pub(crate) use panels::{Panels, multiply};
+
+/// Numbers that lie side by side in a tile.
+pub(crate) const LANES: usize = 16;
+
+/// Sixteen numbers side by side.
+pub(crate) type Lane = [f32; LANES];
