@@ -153,10 +153,16 @@ fn a_run_is_scored_again_under_other_conditions() {
     let rows = probe["rows"].as_array().unwrap();
     assert_eq!(rows.len(), 2 + 2 * 3);
     for row in rows {
-        let accuracy = row["scores"]["linear"]["accuracy"].as_f64().unwrap();
-        assert!((0.2..=1.0).contains(&accuracy), "{row}");
+        let scores = &row["scores"];
+        for probe in ["linear", "nearest"] {
+            let accuracy = scores[probe]["accuracy"].as_f64().unwrap();
+            assert!((0.0..=1.0).contains(&accuracy), "{row}");
+        }
+        assert!(
+            scores["n_learned"].as_u64() > Some(0) && scores["n_classes"].as_u64() > Some(1),
+            "{row}"
+        );
     }
-
     // Shapes that were trained on are no endpoint.
     let seen = r#"endpoints=[{ name = "seen", data = "t2", shapes = "all" }]"#;
     check(
