@@ -1,8 +1,8 @@
-//! Measures the clusterers at the size of one evaluated shape: 4 096 tokens of 128 numbers, 20 clusters.
+//! Measures the clusterers at the size of one evaluated shape: 4 096 tokens of 128 numbers, 20 clusters; or 20 000 points.
 
 use divan::Bencher;
-use partprobe_carrier::{Embeddings, keyed_rng};
-use partprobe_cluster::{KMeansSettings, average_link_cosine, spherical_kmeans};
+use partprobe_carrier::{Embeddings, Point, keyed_rng, nearest_points};
+use partprobe_cluster::{KMeansSettings, RegionGrowing, average_link_cosine, spherical_kmeans};
 use rand::Rng as _;
 use std::hint::black_box;
 
@@ -40,4 +40,31 @@ fn spherical_k_means(bencher: Bencher<'_, '_>, spread: f32) {
 fn average_link(bencher: Bencher<'_, '_>) {
     let (rows, weights) = (tokens(1.5), vec![5; N_TOKENS]);
     bencher.bench(|| average_link_cosine(black_box(&rows), &weights, K));
+}
+
+/// All that one row `growing-20` costs: the nearest points, the regions, and the points that are given away.
+#[divan::bench(sample_count = 10)]
+fn region_growing(bencher: Bencher<'_, '_>) {
+    let mut rng = keyed_rng(0, &["bench"]);
+    let mut uniform = move || (rng.next_u64() >> 11) as f64 / (1u64 << 53) as f64;
+    // A cube: each point lies on the side that its number names.
+    let mut normals: Vec<Point> = Vec::new();
+    let points: Vec<Point> = (0..20_000)
+        .map(|idx| {
+            let (axis, side) = (idx % 3, f64::from(idx / 3 % 2));
+            let mut normal = [0.0; 3];
+            normal[axis as usize] = 2.0 * side - 1.0;
+            normals.push(normal);
+            let mut point = [uniform(), uniform(), uniform()];
+            point[axis as usize] = side;
+            point
+        })
+        .collect();
+    let growing = RegionGrowing {
+        max_angle_deg: 20.0,
+    };
+    bencher.bench(|| {
+        let neighbors = nearest_points(black_box(&points), 10);
+        growing.regions(&neighbors, &normals).largest(&points, 6)
+    });
 }

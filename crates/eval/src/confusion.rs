@@ -1,7 +1,5 @@
 //! Counts the points that each reference part and each predicted cluster have in common.
 
-use std::collections::BTreeMap;
-
 /// Why labels cannot be scored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
@@ -88,28 +86,29 @@ impl Confusion {
                 n_reference: reference.len(),
             });
         }
-        let mut pairs = BTreeMap::new();
-        for (cluster, &part) in predicted.zip(reference).filter(|&(_, &part)| part >= 0) {
-            *pairs.entry((part, cluster)).or_insert(0u64) += 1;
-        }
-        if pairs.is_empty() {
+        let labeled: Vec<(u32, Option<u32>)> = reference
+            .iter()
+            .zip(predicted)
+            .filter_map(|(&part, cluster)| Some((u32::try_from(part).ok()?, cluster)))
+            .collect();
+        if labeled.is_empty() {
             return Err(ScoreError::NothingLabeled);
         }
 
-        let reference_ids = sorted_distinct(pairs.keys().map(|&(part, _)| part));
-        let predicted_ids = sorted_distinct(pairs.keys().filter_map(|&(_, cluster)| cluster));
-        let mut counts = vec![0; reference_ids.len() * predicted_ids.len()];
-        let mut unlabeled = vec![0; reference_ids.len()];
-        for ((part, cluster), count) in pairs {
-            let row = reference_ids.partition_point(|&id| id < part);
+        let parts = Ids::of(labeled.iter().map(|&(part, _)| part));
+        let clusters = Ids::of(labeled.iter().filter_map(|&(_, cluster)| cluster));
+        let mut counts = vec![0; parts.sorted.len() * clusters.sorted.len()];
+        let mut unlabeled = vec![0; parts.sorted.len()];
+        for (part, cluster) in labeled {
+            let row = parts.index(part);
             match cluster {
-                Some(cluster) => {
-                    let column = predicted_ids.partition_point(|&id| id < cluster);
-                    counts[row * predicted_ids.len() + column] = count;
-                }
-                None => unlabeled[row] = count,
+                Some(cluster) => counts[row * clusters.sorted.len() + clusters.index(cluster)] += 1,
+                None => unlabeled[row] += 1,
             }
         }
+        // They were not negative before.
+        let reference_ids = parts.sorted.iter().map(|&part| part as i32).collect();
+        let predicted_ids = clusters.sorted;
         Ok(Self {
             reference_ids,
             predicted_ids,
@@ -170,11 +169,48 @@ impl Confusion {
     }
 }
 
-fn sorted_distinct<T: Ord>(values: impl Iterator<Item = T>) -> Vec<T> {
-    values
-        .collect::<std::collections::BTreeSet<T>>()
-        .into_iter()
-        .collect()
+/// The different labels of a list, ascending.
+struct Ids {
+    sorted: Vec<u32>,
+    /// The index of each label up to the largest, if labels are small numbers, as they mostly are.
+    index_of: Option<Vec<u32>>,
+}
+
+impl Ids {
+    /// Up to this label, a table is faster than a search.
+    const MAX_OF_TABLE: u32 = 1 << 16;
+
+    fn of(labels: impl Iterator<Item = u32> + Clone) -> Self {
+        let largest = labels.clone().max().unwrap_or(0);
+        if largest > Self::MAX_OF_TABLE {
+            let mut sorted: Vec<u32> = labels.collect();
+            sorted.sort_unstable();
+            sorted.dedup();
+            return Self {
+                sorted,
+                index_of: None,
+            };
+        }
+        let mut is_there = vec![false; largest as usize + 1];
+        labels.for_each(|label| is_there[label as usize] = true);
+        let mut index_of = vec![0; is_there.len()];
+        let mut sorted = Vec::new();
+        for (label, _) in (0..).zip(is_there).filter(|(_, is_there)| *is_there) {
+            index_of[label as usize] = sorted.len() as u32;
+            sorted.push(label);
+        }
+        Self {
+            sorted,
+            index_of: Some(index_of),
+        }
+    }
+
+    fn index(&self, label: u32) -> usize {
+        match &self.index_of {
+            Some(table) => table[label as usize] as usize,
+            None => self.sorted.partition_point(|&id| id < label),
+        }
+    }
 }
 
 #[cfg(test)]
@@ -197,6 +233,17 @@ mod tests {
             [2, 3, 4]
         );
         assert_eq!(confusion.n_points(), 4);
+    }
+
+    #[test]
+    fn labels_may_be_large() {
+        let confusion = Confusion::new(&[u32::MAX, 5, u32::MAX], &[i32::MAX, 0, 0]).unwrap();
+        assert_eq!(confusion.reference_ids(), [0, i32::MAX]);
+        assert_eq!(confusion.predicted_ids(), [5, u32::MAX]);
+        assert_eq!(
+            [(0, 0), (0, 1), (1, 0), (1, 1)].map(|(part, cluster)| confusion.count(part, cluster)),
+            [1, 1, 0, 1]
+        );
     }
 
     #[test]

@@ -165,7 +165,7 @@ mod tests {
         // The border of label 1 with 2 is a diagonal, longer than that with 0.
         check(&[0, 0, 1, 2, 2, 2], 2, &[0, 0, 2, 2, 2, 2]);
         check(&[7, 7, 7, 4, 4, 9], 2, &[7, 7, 7, 4, 4, 4]);
-        check(&[7, 7, 7, 4, 4, 9], 1, &[7; 6]);
+        check(&[7, 7, 7, 7, 4, 9], 1, &[7; 6]);
     }
 
     #[test]
