@@ -28,6 +28,7 @@ COMMON = (
 ROWS = (
     ("defaults", ()),
     ("chord pull", ('loss.pull="chord"', "loss.pull_weight=2.0")),
+    ("pull without a margin", ("loss.pull_weight=2.0", "loss.pull_margin=0.0")),
     ("384 to 1536 tokens in training", ("tokens.train_tokens=[384, 1536]",)),
     ("tokens of a cell exchange", ("net.backbone.cell_exchange=true",)),
 )
