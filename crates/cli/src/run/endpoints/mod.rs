@@ -118,6 +118,9 @@ impl Run<'_> {
 /// The settings of the run with what the endpoint changes.
 fn config_of(config: &Config, endpoint: &EndpointConfig) -> Config {
     let mut changed = config.clone();
+    // Shapes are not chosen again: a test shape stays one if its number of parts is another on another mesh.
+    changed.select.min_parts = 0;
+    changed.select.max_parts = usize::MAX;
     if let Some(voxels) = endpoint.voxels {
         changed.tokens.voxels = voxels;
     }
