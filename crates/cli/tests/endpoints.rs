@@ -148,6 +148,12 @@ fn a_run_is_scored_again_under_other_conditions() {
         shapes(&root.join("run/endpoints/T2/scores.jsonl"), "untrained"),
         of_run
     );
+    let tables = text(&root.join("run/endpoints/T2/tables.md"));
+    assert!(
+        tables.contains("tessellation: chord 0.004 of the diagonal, angle 0.6 rad"),
+        "{tables}"
+    );
+    assert!(text(&root.join("run/tables.md")).contains("tessellation: chord 0.002"));
     let probe: serde_json::Value =
         serde_json::from_str(&text(&root.join("run/endpoints/T2/probe.json"))).unwrap();
     let rows = probe["rows"].as_array().unwrap();

@@ -5,9 +5,9 @@ use crate::config::{Config, LabelConfig, NormalConfig};
 use partprobe_net::Voxels;
 use std::path::Path;
 
-/// The sentences of a run's tables; `data_hash` names the shapes.
-pub(super) fn footer(config: &Config, data_hash: &str) -> Vec<String> {
-    let mut sentences = vec![settings(config, data_hash)];
+/// The sentences of a run's tables; `data_hash` names the shapes. Without normals, those of the config were taken away.
+pub(super) fn footer(config: &Config, data_hash: &str, normals: Normals) -> Vec<String> {
+    let mut sentences = vec![settings(config, data_hash, normals)];
     // What stands beside GTc, since the trainings aim at it.
     if config.loss.proto_ce_weight > 0.0 {
         sentences.push(
@@ -19,7 +19,16 @@ pub(super) fn footer(config: &Config, data_hash: &str) -> Vec<String> {
     sentences
 }
 
-fn settings(config: &Config, data_hash: &str) -> String {
+/// Whether the points that were scored have normals.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Normals {
+    /// As the config says.
+    OfConfig,
+    /// All are zero.
+    None,
+}
+
+fn settings(config: &Config, data_hash: &str, normals: Normals) -> String {
     let LabelConfig {
         theta_deg,
         tau_min,
@@ -28,9 +37,10 @@ fn settings(config: &Config, data_hash: &str) -> String {
         volume_loss,
         ..
     } = &config.label;
-    let normals = match config.sample.normals {
-        NormalConfig::Triangle => "of the triangles",
-        NormalConfig::Analytic => "of the true surface",
+    let normals = match (normals, config.sample.normals) {
+        (Normals::None, _) => "none",
+        (Normals::OfConfig, NormalConfig::Triangle) => "of the triangles",
+        (Normals::OfConfig, NormalConfig::Analytic) => "of the true surface",
     };
     let voxels = match config.tokens.voxels {
         Voxels::NormalKeyed => "normal-keyed",
@@ -48,7 +58,7 @@ fn settings(config: &Config, data_hash: &str) -> String {
         config.eval.restarts,
         config.eval.seed,
         seeds.join(", "),
-        commit().unwrap_or_else(|| format!("of version {}", env!("CARGO_PKG_VERSION"))),
+        commit().unwrap_or_else(|| format!("unknown (version {})", env!("CARGO_PKG_VERSION"))),
     )
 }
 

@@ -4,7 +4,7 @@ use super::bounds::bound_names;
 use super::collisions::Collisions;
 use super::evaluation::{NO_NETWORK, RANDOM_FOURIER, UNTRAINED};
 use super::folder::RunFolder;
-use super::footer::footer;
+use super::footer::{Normals, footer};
 use super::stages::Run;
 use super::training_job::TrainingRecord;
 use crate::MISSED_BOUND;
@@ -60,7 +60,11 @@ impl Run<'_> {
         endpoints: &[String],
     ) -> Result<ExitCode> {
         let folder = self.folder;
-        let footer = footer(self.config, &self.data.split_file.data_hash());
+        let footer = footer(
+            self.config,
+            &self.data.split_file.data_hash(),
+            Normals::OfConfig,
+        );
         let tables = tables(rows, &table_settings(self.config, footer)?);
         let figures = training_figures(folder, self.config)?;
         let outcomes = checked_expectations(self.config)?.evaluate(&tables, &figures)?;

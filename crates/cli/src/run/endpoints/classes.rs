@@ -61,7 +61,7 @@ impl FaceClasses {
                     sample: disturbed(&shape.id, shape.sample.clone()),
                     face_of_point,
                     class_of_face: Vec::new(),
-                    is_learned: seeded_rank(seed, &shape.group) % 2 == 0,
+                    is_learned: seeded_rank(seed, &shape.group).is_multiple_of(2),
                 };
                 Ok(Some((classed, classes.to_vec())))
             })

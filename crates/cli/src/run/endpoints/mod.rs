@@ -8,8 +8,9 @@ mod classes;
 mod disturbance;
 mod shapes;
 
+use super::data_settings::settings_of;
 use super::evaluation::Embedder;
-use super::footer::footer;
+use super::footer::{Normals, footer};
 use super::held_out::HeldOut;
 use super::results::table_settings;
 use super::scoring_place::{Boundaries, ScoringPlace};
@@ -39,7 +40,7 @@ impl Run<'_> {
     }
 
     fn evaluate_endpoint(&self, endpoint: &EndpointConfig) -> Result<String> {
-        let config = config_of(self.config, endpoint);
+        let config = config_of(self.config, endpoint)?;
         let progress = &self.execution.progress;
         let data = EndpointData::load(endpoint, &config, &self.data, progress)?;
         progress.note(&format!("endpoint {}: {}", endpoint.name, data.summary));
@@ -60,7 +61,11 @@ impl Run<'_> {
             folder: None,
         };
         let rows = self.scored(&place, &held_out, &trained, &shapes)?;
-        let footer = footer(&config, &data.hash);
+        let normals = match endpoint.normals {
+            Some(EndpointNormals::None) => Normals::None,
+            _ => Normals::OfConfig,
+        };
+        let footer = footer(&config, &data.hash, normals);
         let tables = tables(&rows, &table_settings(&config, footer)?);
         let mut text = format!("## Endpoint {}\n\n{}.\n\n", endpoint.name, data.summary);
         text += &tables.to_markdown();
@@ -116,8 +121,21 @@ impl Run<'_> {
 }
 
 /// The settings of the run with what the endpoint changes.
-fn config_of(config: &Config, endpoint: &EndpointConfig) -> Config {
+fn config_of(config: &Config, endpoint: &EndpointConfig) -> Result<Config> {
     let mut changed = config.clone();
+    // Shapes are not chosen again: a test shape stays one if its number of parts is another on another mesh.
+    changed.select.min_parts = 0;
+    changed.select.max_parts = usize::MAX;
+    if let Some(data) = &endpoint.data {
+        // The tables of the endpoint say how its own data set was labeled.
+        let label = settings_of(data)?["label"].take();
+        let mut own = serde_json::to_value(&changed.label)?;
+        if let (Some(own), Some(label)) = (own.as_object_mut(), label.as_object()) {
+            own.extend(label.clone());
+        }
+        changed.label = serde_json::from_value(own)
+            .with_context(|| format!("the settings of {}", data.display()))?;
+    }
     if let Some(voxels) = endpoint.voxels {
         changed.tokens.voxels = voxels;
     }
@@ -136,5 +154,5 @@ fn config_of(config: &Config, endpoint: &EndpointConfig) -> Config {
         // The endpoints of the run are of its own references.
         changed.compare.primary.clear();
     }
-    changed
+    Ok(changed)
 }
