@@ -34,7 +34,6 @@ mod matching;
 mod metric;
 mod metrics;
 mod oracle_k;
-mod report;
 mod score_row;
 mod scores;
 mod split;
@@ -61,7 +60,6 @@ pub use metrics::{
     PANOPTIC_QUALITY,
 };
 pub use oracle_k::{OracleError, OracleScores, TokenizedShape, score_oracle_k};
-pub use report::RunReport;
 pub use score_row::ScoreRow;
 pub use scores::{ShapeScores, clusters_of_labels, score_clusters};
 pub use split::{

@@ -22,8 +22,16 @@ use std::fmt::Write as _;
 use std::sync::LazyLock;
 
 const STYLE: &str = include_str!("../assets/page.css");
-const SCRIPT: &str = include_str!("../assets/page.js");
-const VIEW_SCRIPT: &str = include_str!("../assets/view.js");
+/// The scripts, in the order in which they need each other.
+const SCRIPTS: [&str; 7] = [
+    include_str!("../assets/page.js"),
+    include_str!("../assets/points.js"),
+    include_str!("../assets/colors.js"),
+    include_str!("../assets/camera.js"),
+    include_str!("../assets/painter.js"),
+    include_str!("../assets/pictures.js"),
+    include_str!("../assets/view.js"),
+];
 
 /// The tables of a report that has none.
 static NO_TABLES: LazyLock<Tables> = LazyLock::new(|| Tables {
@@ -87,8 +95,11 @@ impl RunReport<'_> {
         page.push_str("<main id=\"main\">\n");
         page.push_str(&sections);
         page.push_str("</main>\n<footer>Made by <code>partprobe</code>. This page loads nothing from elsewhere.</footer>\n");
-        let scripts =
-            format!("<script>{SCRIPT}</script>\n<script>{VIEW_SCRIPT}</script>\n</body></html>\n");
+        let mut scripts = String::new();
+        for script in SCRIPTS {
+            let _ = writeln!(scripts, "<script>\n{script}</script>");
+        }
+        scripts.push_str("</body></html>\n");
         let budget = MAX_BYTES.saturating_sub(page.len() + scripts.len());
         page.push_str(&embedded_points(self.shapes, budget));
         page.push_str(&scripts);

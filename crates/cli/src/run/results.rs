@@ -1,9 +1,9 @@
 //! Writes the results of a run: score lines, tables, the report, and the expectations that decide the exit code.
 
 use super::bounds::bound_names;
-use super::collisions::Collisions;
 use super::evaluation::{NO_NETWORK, UNTRAINED};
 use super::folder::RunFolder;
+use super::page::{FaceSource, PageScores, page};
 use super::stages::Run;
 use super::training_job::TrainingRecord;
 use crate::MISSED_BOUND;
@@ -11,8 +11,7 @@ use crate::config::Config;
 use crate::stdout::print_result;
 use anyhow::Result;
 use partprobe_eval::{
-    Bootstrap, ExpectationOutcome, Expectations, RunReport, ScoreRow, TableSettings,
-    TrainingFigures, tables,
+    Bootstrap, ExpectationOutcome, Expectations, ScoreRow, TableSettings, TrainingFigures, tables,
 };
 use std::process::ExitCode;
 
@@ -49,17 +48,15 @@ impl Run<'_> {
         let tables = tables(rows, &table_settings(self.config));
         let figures = training_figures(folder, self.config)?;
         let outcomes = checked_expectations(self.config)?.evaluate(&tables, &figures)?;
-        let report = RunReport {
-            summary: &self.data.split_file.selection.to_string(),
-            note: Collisions::read(folder)?.map(|found| found.to_string()),
+        let scores = PageScores {
             tables: &tables,
             rows,
             outcomes: &outcomes,
-            log: &read_log(folder)?,
-            config: &folder.read_text("config.toml")?,
+            summary: &self.data.split_file.selection.to_string(),
         };
 
-        folder.write("report.html", report.to_html().as_bytes())?;
+        let page = page(folder, self.config, &scores, &FaceSource::Stored)?;
+        folder.write("report.html", page.as_bytes())?;
         folder.write("tables.md", tables.to_markdown().as_bytes())?;
         folder.write("tables.csv", tables.to_csv().as_bytes())?;
         folder.write("tables.json", tables.to_json().as_bytes())?;
@@ -73,17 +70,8 @@ impl Run<'_> {
     }
 }
 
-/// The lines of `log.jsonl`; none if nothing was trained here.
-fn read_log(folder: &RunFolder) -> Result<String> {
-    if folder.path("log.jsonl").exists() {
-        folder.read_text("log.jsonl")
-    } else {
-        Ok(String::new())
-    }
-}
-
 /// What the trainings of the folder say of themselves.
-fn training_figures(folder: &RunFolder, config: &Config) -> Result<TrainingFigures> {
+pub(super) fn training_figures(folder: &RunFolder, config: &Config) -> Result<TrainingFigures> {
     let mut figures = TrainingFigures::default();
     for supervision in &config.compare.supervision {
         for &seed in &config.compare.seeds {
