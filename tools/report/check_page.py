@@ -143,7 +143,7 @@ def check_view(page, checks):
     at = picked_at(page, 0)
     text = page.locator("#picked").inner_text()
     checks.check(at is not None and "part " in text, "pointing names a part", text)
-    has_faces = page.evaluate("JSON.parse(document.getElementById('shapes').textContent)[Number(document.getElementById('shape').value)].faces.length > 0")
+    has_faces = page.evaluate("JSON.parse(document.getElementById('shape-data').textContent)[Number(document.getElementById('shape').value)].faces.length > 0")
     if has_faces:
         checks.check(bool(page.locator("#picked").get_attribute("data-face")), "pointing names a face")
     if at:

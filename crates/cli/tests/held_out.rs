@@ -737,7 +737,9 @@ fn forget_faces(test: &Path) {
         let names: Vec<&str> = members.names().collect();
         assert!(names.contains(&"face"), "{names:?}");
         let kept = names.into_iter().filter(|name| !name.starts_with("face"));
-        let kept: Vec<(&str, Array)> = kept.map(|name| (name, members.array(name).unwrap().clone())).collect();
+        let kept: Vec<(&str, Array)> = kept
+            .map(|name| (name, members.array(name).unwrap().clone()))
+            .collect();
         fs::write(&path, arrays_to_npz(&kept, Compression::Stored).unwrap()).unwrap();
     }
 }
@@ -747,20 +749,35 @@ fn the_page_of_a_run_is_written_again() {
     let fixture = Fixture::new();
     let page = |file: &str| fs::read_to_string(fixture.path(file)).unwrap();
     fixture.check(&["report", "run", "--html", "again.html"], 0, "");
-    assert!(page("again.html") == page("run/report.html"), "the page differs");
-    assert!(page("again.html").contains("<section id=\"types\""), "types are known");
+    assert!(
+        page("again.html") == page("run/report.html"),
+        "the page differs"
+    );
+    assert!(
+        page("again.html").contains("<section id=\"types\""),
+        "types are known"
+    );
 
     // The faces of a run of an earlier version are those of the data set, or unknown.
     copy_folder(&fixture.path("run"), &fixture.path("old/run"));
     forget_faces(&fixture.path("old/run/test"));
     let old = ["report", "old/run", "--html", "old.html"];
     fixture.check(&[&old[..], &["--data", "data"]].concat(), 0, "");
-    assert!(page("old.html") == page("run/report.html"), "the page differs");
+    assert!(
+        page("old.html") == page("run/report.html"),
+        "the page differs"
+    );
     fs::remove_file(fixture.path("old/run/data.json")).unwrap();
     fixture.check(&old, 0, "");
     let without = page("old.html");
-    assert!(!without.contains("<section id=\"types\"") && without.contains("say with --data DATASET"));
-    fixture.check(&["report", "run", "old/run", "--html", "x.html"], 2, "name one run folder");
+    assert!(
+        !without.contains("<section id=\"types\"") && without.contains("say with --data DATASET")
+    );
+    fixture.check(
+        &["report", "run", "old/run", "--html", "x.html"],
+        2,
+        "name one run folder",
+    );
 }
 
 #[test]

@@ -2,7 +2,7 @@
 // prediction.
 'use strict';
 
-const shapes = JSON.parse(document.getElementById('shapes')?.textContent ?? '[]');
+const shapes = JSON.parse(document.getElementById('shape-data')?.textContent ?? '[]');
 const NONE = 0xffff;
 
 const MAX_UNPACKED = 48;

@@ -5,7 +5,6 @@ use crate::html::{escaped, section};
 use crate::log_series::{LogSeries, Series};
 use crate::names::Names;
 use partprobe_eval::Metric;
-use std::fmt::Write as _;
 
 /// A curve has at most so many points; each is the mean over the updates next to it.
 const MAX_POINTS: usize = 160;
@@ -51,50 +50,67 @@ const KNOWN: [(&str, &str, &str); 14] = [
 /// The section with all curves; empty if nothing was logged.
 pub(crate) fn curves(log: &str, names: &Names<'_>) -> String {
     let series = LogSeries::read(log);
-    let mut body = String::new();
     let groups = [("valid", "At each validation"), ("step", "At each update")];
-    let is_other = |event: &str| groups.iter().all(|(known, _)| *known != event);
-    for (event, heading) in groups.into_iter().chain([("", "Other")]) {
-        let of_group = series
+    let is_known = |event: &str| groups.iter().any(|(known, _)| *known == event);
+    let mut body = String::new();
+    for (event, heading) in groups {
+        body.push_str(&group(&series, heading, names, |own| own == event));
+    }
+    body.push_str(&group(&series, "Other", names, |own| !is_known(own)));
+    if !body.is_empty() {
+        let shown = series
             .fields
             .iter()
-            .filter(|((own, _), _)| own == event || event.is_empty() && is_other(own));
-        let mut charts = String::new();
-        for ((_, field), trainings) in of_group {
-            let lines = trainings.iter().map(|((supervision, seed), series)| {
-                line(
-                    format!("{supervision}, seed {seed}"),
-                    names.color(supervision),
-                    series,
-                )
-            });
-            charts.push_str(&chart(field, lines.collect()));
-        }
-        if !charts.is_empty() {
-            let _ = write!(
-                body,
-                "<h3>{heading}</h3>\n<div class=\"charts\">{charts}</div>\n"
-            );
-        }
-    }
-    if !body.is_empty() {
-        body.insert_str(
-            0,
-            &names.legend(
-                series
-                    .fields
-                    .iter()
-                    .flat_map(|(_, trainings)| trainings.keys().map(|(name, _)| name.as_str())),
-            ),
-        );
+            .flat_map(|(_, trainings)| trainings.keys());
+        body.insert_str(0, &names.legend(shown.map(|(name, _)| name.as_str())));
     }
     section(
         "curves",
         "Training curves",
-        "Each curve is a running mean of the log; the band behind it reaches from the lowest to the highest value. A training \
-         has one curve per seed. Point at a chart to read its values.",
+        "Each curve is a running mean of the log; the band behind it holds nine tenths of the values. A training has one curve per \
+         seed. Point at a chart to read its values.",
         &body,
     )
+}
+
+/// The charts of some events under a heading, and the numbers that never change.
+fn group(
+    series: &LogSeries,
+    heading: &str,
+    names: &Names<'_>,
+    is_in: impl Fn(&str) -> bool,
+) -> String {
+    let mut charts = String::new();
+    let mut constant = Vec::new();
+    for ((_, field), trainings) in series.fields.iter().filter(|((event, _), _)| is_in(event)) {
+        if let Some(value) = only_value(trainings.values()) {
+            constant.push(format!("<code>{}</code> is {value}", escaped(field)));
+            continue;
+        }
+        let lines = trainings.iter().map(|((supervision, seed), series)| {
+            let name = format!("{supervision}, seed {seed}");
+            line(name, names.color(supervision), series)
+        });
+        charts.push_str(&chart(field, lines.collect()));
+    }
+    if charts.is_empty() && constant.is_empty() {
+        return String::new();
+    }
+    let always = match constant.as_slice() {
+        [] => String::new(),
+        constant => format!(
+            "<p class=\"note\">Always the same: {}.</p>\n",
+            constant.join(", ")
+        ),
+    };
+    format!("<h3>{heading}</h3>\n<div class=\"charts\">{charts}</div>\n{always}")
+}
+
+/// The value that all series have everywhere, if there is only one.
+fn only_value<'a>(all: impl Iterator<Item = &'a Series>) -> Option<f64> {
+    let mut values = all.flatten().map(|point| point.1);
+    let first = values.next()?;
+    values.all(|value| value == first).then_some(first)
 }
 
 fn chart(field: &str, lines: Vec<Line>) -> String {
@@ -125,7 +141,7 @@ fn line(name: String, color: usize, series: &Series) -> Line {
     let per_bin = series.len().div_ceil(MAX_POINTS).max(1);
     if per_bin == 1 {
         return Line {
-            name: escaped(&name),
+            name,
             color,
             points: series.clone(),
             ..Line::default()

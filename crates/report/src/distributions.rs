@@ -26,7 +26,11 @@ pub(crate) fn distributions(
         let mut first = None;
         for name in shown {
             let scores = main.scores(rows, name, MIOU);
-            charts.push_str(&score_chart(name, names.color(name), &scores));
+            charts.push_str(&score_chart(
+                name,
+                names.is_trained(name).then(|| names.color(name)),
+                &scores,
+            ));
             first.get_or_insert(scores);
         }
         let k: Vec<usize> = first.iter().flatten().map(|score| score.k).collect();
@@ -60,7 +64,7 @@ fn chart(title: &str, bars: Bars) -> String {
     }
 }
 
-fn score_chart(name: &str, color: usize, scores: &[ShapeScore<'_>]) -> String {
+fn score_chart(name: &str, color: Option<usize>, scores: &[ShapeScore<'_>]) -> String {
     let values: Vec<f64> = scores.iter().map(|score| score.score).collect();
     let mut counts = [0.0; N_SCORE_BARS];
     for value in &values {
@@ -113,7 +117,7 @@ fn k_bars(k: &[usize]) -> Bars {
             )
         }),
         labels_at_edges: false,
-        color: 0,
+        color: Some(0),
     }
 }
 
@@ -143,7 +147,7 @@ fn size_bars(sizes: &[f64]) -> Bars {
             .collect(),
         mark: median(sizes).map(|median| (place(median), format!("{:.1} %", 100.0 * median))),
         labels_at_edges: true,
-        color: 0,
+        color: Some(0),
     }
 }
 

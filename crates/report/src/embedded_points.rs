@@ -69,7 +69,7 @@ pub(crate) fn embedded_points(shapes: &[ShapeDigest], budget: usize) -> String {
 fn with_detail(shapes: &[ShapeDigest], detail: Detail, budget: usize) -> Option<String> {
     let facts: Vec<Value> = shapes.iter().map(|shape| facts_of(shape, detail)).collect();
     let mut html = format!(
-        "<script type=\"application/json\" id=\"shapes\">{}</script>\n",
+        "<script type=\"application/json\" id=\"shape-data\">{}</script>\n",
         json_for_script(&Value::Array(facts))
     );
     for (idx, shape) in shapes.iter().enumerate() {

@@ -1,6 +1,6 @@
 //! Gives each supervision of a run its color, and tells trained rows from others.
 
-use crate::chart::series_class;
+use crate::chart::class_of;
 use crate::html::escaped;
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -29,11 +29,10 @@ impl<'a> Names<'a> {
 
     /// The class of its color, which is gray for rows that were not trained.
     pub(crate) fn class(&self, supervision: &str) -> String {
-        if self.is_trained(supervision) {
-            series_class(self.color(supervision))
-        } else {
-            "plain".to_owned()
-        }
+        class_of(
+            self.is_trained(supervision)
+                .then(|| self.color(supervision)),
+        )
     }
 
     /// The name behind a spot of its color.

@@ -1,5 +1,8 @@
 //! Tests laws of the whole page: it asks for nothing, no text breaks out of it, and a section is there if it has something to show.
-#![allow(clippy::unwrap_used, reason = "a test that cannot make its own input has failed")]
+#![allow(
+    clippy::unwrap_used,
+    reason = "a test that cannot make its own input has failed"
+)]
 
 use partprobe_carrier::FaceType;
 use partprobe_eval::{
@@ -42,18 +45,30 @@ fn compared(rows: &[ScoreRow]) -> Tables {
         bin_reference: "step-parts".to_owned(),
         clusterer: "k-means".to_owned(),
         compared: Some(["step-parts".to_owned(), "other".to_owned()]),
-        bootstrap: Bootstrap { draws: 200, seed: 0, least_groups: 2 },
+        bootstrap: Bootstrap {
+            draws: 200,
+            seed: 0,
+            least_groups: 2,
+        },
     };
     tables(rows, &settings)
 }
 
 /// A plate of two parts; the prediction merges them.
 fn digest(id: &str, supervision: &str) -> ShapeDigest {
-    let points: Vec<[f32; 3]> = (0..200u8).map(|idx| [f32::from(idx % 20), f32::from(idx / 20), 0.0]).collect();
+    let points: Vec<[f32; 3]> = (0..200u8)
+        .map(|idx| [f32::from(idx % 20), f32::from(idx / 20), 0.0])
+        .collect();
     ShapeDigest::of(&ReportShape {
         id: id.to_owned(),
         normals: vec![[0.0, 0.0, 1.0]; points.len()],
-        references: vec![("step-parts".to_owned(), points.iter().map(|point| i32::from(point[0] > 9.0)).collect())],
+        references: vec![(
+            "step-parts".to_owned(),
+            points
+                .iter()
+                .map(|point| i32::from(point[0] > 9.0))
+                .collect(),
+        )],
         predictions: vec![Prediction {
             supervision: supervision.to_owned(),
             seed: 0,
@@ -74,7 +89,9 @@ fn digest(id: &str, supervision: &str) -> ShapeDigest {
 fn page(name: &str, supervision: &str) -> String {
     let rows = rows(&NAMES);
     let tables = compared(&rows);
-    let trained: Vec<String> = [supervision, "other", "step-flipped-20", "step-flipped-40"].map(str::to_owned).to_vec();
+    let trained: Vec<String> = [supervision, "other", "step-flipped-20", "step-flipped-40"]
+        .map(str::to_owned)
+        .to_vec();
     let log: String = (0..400)
         .map(|step| {
             let line = serde_json::json!({"event": "step", "supervision": supervision, "seed": 0, "step": step, "loss": 1.0});
@@ -88,7 +105,11 @@ fn page(name: &str, supervision: &str) -> String {
         trained: &trained,
         tables: &tables,
         rows: &rows,
-        outcomes: &[ExpectationOutcome { text: name.to_owned(), value: 0.5, passed: false }],
+        outcomes: &[ExpectationOutcome {
+            text: name.to_owned(),
+            value: 0.5,
+            passed: false,
+        }],
         log: &log,
         facts: &[Fact::new(name, name)],
         config: name,
@@ -98,8 +119,19 @@ fn page(name: &str, supervision: &str) -> String {
 }
 
 const SECTIONS: [&str; 13] = [
-    "answer", "expectations", "means", "scores", "dose-response", "shapes", "view", "lost-parts", "types", "distributions",
-    "every-shape", "curves", "facts",
+    "answer",
+    "expectations",
+    "means",
+    "scores",
+    "dose-response",
+    "shapes",
+    "view",
+    "lost-parts",
+    "types",
+    "distributions",
+    "every-shape",
+    "curves",
+    "facts",
 ];
 
 fn has(page: &str, section: &str) -> bool {
@@ -109,15 +141,24 @@ fn has(page: &str, section: &str) -> bool {
 #[test]
 fn a_section_is_there_if_it_has_something_to_show() {
     let full = page("run", "step-parts");
-    let missing: Vec<&str> = SECTIONS.into_iter().filter(|section| !has(&full, section)).collect();
+    let missing: Vec<&str> = SECTIONS
+        .into_iter()
+        .filter(|section| !has(&full, section))
+        .collect();
     assert_eq!(missing, [""; 0]);
     let empty = RunReport::default().to_html();
-    let present: Vec<&str> = SECTIONS.into_iter().filter(|section| has(&empty, section)).collect();
+    let present: Vec<&str> = SECTIONS
+        .into_iter()
+        .filter(|section| has(&empty, section))
+        .collect();
     assert_eq!(present, ["answer"]);
     for page in [full, empty] {
         for link in page.split("href=\"#").skip(1) {
             let id = link.split('"').next().unwrap();
-            assert!(page.contains(&format!("id=\"{id}\"")), "a link to {id}, which is not there");
+            assert!(
+                page.contains(&format!("id=\"{id}\"")),
+                "a link to {id}, which is not there"
+            );
         }
     }
 }
@@ -140,7 +181,17 @@ fn the_answer_has_its_interval_and_its_power() {
 #[test]
 fn the_page_asks_for_nothing() {
     let page = page("run", "step-parts");
-    for outside in ["http:", "https:", "//cdn", " src=", "@import", "url(", "fetch(", "XMLHttpRequest", "import("] {
+    for outside in [
+        "http:",
+        "https:",
+        "//cdn",
+        " src=",
+        "@import",
+        "url(",
+        "fetch(",
+        "XMLHttpRequest",
+        "import(",
+    ] {
         assert!(!page.contains(outside), "{outside}");
     }
 }

@@ -1,6 +1,6 @@
 //! Draws histograms: the share of values in each bin, as bars of one series.
 
-use super::{Axis, BOTTOM, LEFT, RIGHT, series_class};
+use super::{Axis, BOTTOM, LEFT, RIGHT, class_of};
 use crate::html::escaped;
 use std::fmt::Write as _;
 
@@ -18,7 +18,8 @@ pub(crate) struct Bars {
     pub(crate) mark: Option<(f64, String)>,
     /// Whether the labels name the left edges of the bars, and not the bars themselves.
     pub(crate) labels_at_edges: bool,
-    pub(crate) color: usize,
+    /// The index of the color; gray without one.
+    pub(crate) color: Option<usize>,
 }
 
 impl Bars {
@@ -44,7 +45,7 @@ impl Bars {
             let _ = write!(
                 svg,
                 "<rect class=\"column {}\" x=\"{left:.1}\" y=\"{top:.1}\" width=\"{width:.1}\" height=\"{:.1}\"><title>{}: {value}</title></rect>",
-                series_class(self.color),
+                class_of(self.color),
                 y.from - top,
                 escaped(label)
             );

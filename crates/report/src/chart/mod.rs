@@ -22,12 +22,17 @@ pub(crate) const BOTTOM: f64 = 44.0;
 pub(crate) const N_COLORS: usize = 8;
 
 /// The class of the series with this index.
-pub(crate) fn series_class(idx: usize) -> String {
+fn series_class(idx: usize) -> String {
     format!(
         "s{}{}",
         idx % N_COLORS,
         if idx >= N_COLORS { " dashed" } else { "" }
     )
+}
+
+/// The class of a series, or of what has no color of its own.
+pub(crate) fn class_of(color: Option<usize>) -> String {
+    color.map_or_else(|| "plain".to_owned(), series_class)
 }
 
 /// A chart with its caption, for assistive technology too.

@@ -1,6 +1,6 @@
 //! Draws one row per name: a mean as a dot, its interval as a line, and single values as small marks.
 
-use super::{Axis, nice_ticks, series_class, tick_text};
+use super::{Axis, class_of, nice_ticks, tick_text};
 use crate::html::escaped;
 use std::fmt::Write as _;
 
@@ -64,7 +64,7 @@ pub(crate) fn interval_rows(rows: &[IntervalRow], label: &str) -> String {
 }
 
 fn row_svg(row: &IntervalRow, axis: &Axis, y: f64) -> String {
-    let class = row.color.map_or_else(|| "plain".to_owned(), series_class);
+    let class = class_of(row.color);
     let mut svg = format!(
         "<text x=\"{:.1}\" y=\"{:.1}\" class=\"end name\">{}</text>",
         NAMES - 12.0,
