@@ -64,6 +64,9 @@ PICTURES = """() => [...document.querySelectorAll('.card:not([hidden]) canvas')]
 })"""
 
 
+DRAWN = "!!document.getElementById('view-canvas').dataset.drawn"
+
+
 class Checks:
     """Collects what holds and what does not."""
 
@@ -73,6 +76,24 @@ class Checks:
     def check(self, holds, what, found=""):
         self.n_failed += not holds
         print(f"{'ok' if holds else 'FAILED'}: {what}{f' ({found})' if found != '' else ''}")
+
+
+def wait_until(page, expression, what):
+    """Waits until an expression is true. The policy of the page allows no script that waits in the page itself."""
+    for _ in range(600):
+        if page.evaluate(expression):
+            return
+        page.wait_for_timeout(100)
+    sys.exit(f"FAILED: {what} did not happen within a minute")
+
+
+def scroll_to(page, element):
+    """Scrolls at once, without the motion that a reader sees."""
+    page.evaluate(
+        "id => window.scrollTo({ top: document.getElementById(id).getBoundingClientRect().top + scrollY - 56, behavior: 'instant' })",
+        element,
+    )
+    page.wait_for_timeout(300)
 
 
 def is_sorted(values, descending):
@@ -131,10 +152,8 @@ def picked_at(page, pane):
 
 
 def check_view(page, checks):
-    page.locator("#view").scroll_into_view_if_needed()
-    page.wait_for_selector("#view-canvas[data-drawn]", timeout=30_000)
-    page.locator("#panes").scroll_into_view_if_needed()
-    page.wait_for_timeout(300)
+    wait_until(page, DRAWN, "drawing the 3D view")
+    scroll_to(page, "panes")
     before = page.evaluate(PANES)
     for number, pane in enumerate(before):
         holds = pane["share"] > 0.02 and pane["colors"] > 10
@@ -172,13 +191,13 @@ def check_view(page, checks):
 
     former = page.locator("#shape").input_value()
     page.locator("#next-shape" if page.locator("#shape option").last.get_attribute("value") != former else "#previous-shape").click()
-    page.wait_for_function("former => document.getElementById('view-canvas').dataset.drawn !== former", arg=former)
+    wait_until(page, f"document.getElementById('view-canvas').dataset.drawn !== '{former}'", "drawing another shape")
     checks.check(all(pane["share"] > 0.01 for pane in page.evaluate(PANES)), "another shape can be chosen")
 
 
 def check_pictures(page, checks):
-    page.locator("#shapes").scroll_into_view_if_needed()
-    page.wait_for_function("document.querySelectorAll('.card:not([hidden]) canvas[data-painted]').length >= 2", timeout=30_000)
+    scroll_to(page, "shapes")
+    wait_until(page, "document.querySelectorAll('.card:not([hidden]) canvas[data-painted]').length >= 2", "painting pictures")
     page.wait_for_timeout(500)
     shares = [share for share in page.evaluate(PICTURES) if share > 0]
     checks.check(len(shares) >= 2 and min(shares) > 0.01, "pictures are not blank", f"{len(shares)} looked at")
@@ -193,13 +212,10 @@ def screenshots(browser, url, folder):
             context = browser.new_context(color_scheme=scheme, viewport=viewport)
             page = context.new_page()
             page.goto(url)
-            page.wait_for_selector("#view-canvas[data-drawn]", timeout=30_000)
+            wait_until(page, DRAWN, "drawing the 3D view")
             for section in page.eval_on_selector_all("main > section", "sections => sections.map((section) => section.id)"):
-                page.evaluate(
-                    "id => window.scrollTo({ top: document.getElementById(id).getBoundingClientRect().top + scrollY - 56, behavior: 'instant' })",
-                    section,
-                )
-                page.wait_for_timeout(1200 if section in ("shapes", "view") else 200)
+                scroll_to(page, section)
+                page.wait_for_timeout(1200 if section in ("shapes", "view") else 100)
                 page.screenshot(path=folder / f"{scheme}-{name}-{section}.png")
             context.close()
 
@@ -220,8 +236,10 @@ def main():
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=arguments.chromium, args=FLAGS)
         messages, requests = [], []
-        context = browser.new_context(viewport=WIDE)
+        context = browser.new_context(viewport=WIDE, reduced_motion="reduce")
         page = context.new_page()
+        # Drawing in software on a busy machine takes its time.
+        page.set_default_timeout(120_000)
         page.on("console", lambda message: messages.append(f"{message.type}: {message.text}"))
         page.on("pageerror", lambda error: messages.append(f"error: {error}"))
         page.on("request", lambda request: requests.append(request.url))

@@ -1,6 +1,9 @@
 // The 3D view: four panes with one camera, picking, pointers and keys.
 'use strict';
 
+// The height of the menu of a pane; the picture is below it.
+const HEAD = 40;
+
 function startView() {
 
   const canvas = document.getElementById('view-canvas');
@@ -96,7 +99,8 @@ function startView() {
 
   function rectOf(pane) {
     const [outer, inner] = [canvas.getBoundingClientRect(), pane.box.getBoundingClientRect()];
-    return { left: inner.left - outer.left, top: inner.top - outer.top, width: inner.width, height: inner.height, below: outer.bottom - inner.bottom };
+    const height = Math.max(1, inner.height - HEAD);
+    return { left: inner.left - outer.left, width: inner.width, height, below: outer.bottom - inner.bottom };
   }
 
   function draw() {
@@ -141,16 +145,17 @@ function startView() {
     for (const pane of panes) {
       const box = pane.box.getBoundingClientRect();
       const x = (2 * (clientX - box.left)) / box.width - 1;
-      const y = 1 - (2 * (clientY - box.top)) / box.height;
-      if (Math.abs(x) <= 1 && Math.abs(y) <= 1) return { pane, x, y, box };
+      const { width, height } = rectOf(pane);
+      const y = 1 - (2 * (clientY - box.top - HEAD)) / height;
+      if (Math.abs(x) <= 1 && Math.abs(y) <= 1) return { pane, x, y, width, height };
     }
     return null;
   }
 
   /** The point on the surface that is nearest to the eye at a position of a pane; -1 where there is none. */
-  function pointAt({ x, y, box }) {
+  function pointAt({ x, y, width, height }) {
     const [right, up, eye] = axesOf(camera);
-    const scale = scaleOf(points, camera, box.width, box.height);
+    const scale = scaleOf(points, camera, width, height);
     const radius = shapes[points.index].r;
     const at = [x / scale[0] - camera.x * points.reach, y / scale[1] - camera.y * points.reach];
     let [best, nearest] = [-1, Infinity];
@@ -214,7 +219,7 @@ function startView() {
       const x = (dot(right, points.positions, point) + camera.x * points.reach) * scale[0];
       const y = (dot(up, points.positions, point) + camera.y * points.reach) * scale[1];
       pane.marker.style.left = `${((x + 1) * width) / 2}px`;
-      pane.marker.style.top = `${((1 - y) * height) / 2}px`;
+      pane.marker.style.top = `${HEAD + ((1 - y) * height) / 2}px`;
     }
   }
 
@@ -294,7 +299,7 @@ function startView() {
     const keys = {
       ArrowLeft: () => turn(-0.12, 0), ArrowRight: () => turn(0.12, 0), ArrowUp: () => turn(0, -0.12), ArrowDown: () => turn(0, 0.12),
       '+': () => zoom(1.15), '=': () => zoom(1.15), '-': () => zoom(1 / 1.15), '0': resetCamera, Escape: () => { place(null); choose(null); },
-      Enter: () => { const box = panes[0].box.getBoundingClientRect(); pick(box.left + box.width / 2, box.top + box.height / 2, true); },
+      Enter: () => { const box = panes[0].box.getBoundingClientRect(); pick(box.left + box.width / 2, box.top + (HEAD + box.height) / 2, true); },
     };
     const action = keys[event.key];
     if (!action || event.ctrlKey || event.metaKey || event.altKey) return;

@@ -4,7 +4,7 @@ use crate::chart::{Line, LineChart, figure};
 use crate::html::{escaped, section};
 use crate::log_series::{LogSeries, Series};
 use crate::names::Names;
-use partprobe_eval::Metric;
+use partprobe_eval::{METRICS, Metric};
 
 /// A curve has at most so many points; each is the mean over the updates next to it.
 const MAX_POINTS: usize = 160;
@@ -82,7 +82,13 @@ fn group(
 ) -> String {
     let mut charts = String::new();
     let mut constant = Vec::new();
-    for ((_, field), trainings) in series.fields.iter().filter(|((event, _), _)| is_in(event)) {
+    let mut fields: Vec<_> = series
+        .fields
+        .iter()
+        .filter(|((event, _), _)| is_in(event))
+        .collect();
+    fields.sort_by_key(|((_, field), _)| order(field));
+    for ((_, field), trainings) in fields {
         if let Some(value) = only_value(trainings.values()) {
             constant.push(format!("<code>{}</code> is {value}", escaped(field)));
             continue;
@@ -104,6 +110,17 @@ fn group(
         ),
     };
     format!("<h3>{heading}</h3>\n<div class=\"charts\">{charts}</div>\n{always}")
+}
+
+/// Scores come in the order of the tables, then what is known in the order of the list, then the rest.
+fn order(field: &str) -> (usize, usize) {
+    let score = METRICS.iter().position(|metric| metric.name == field);
+    let known = KNOWN.iter().position(|(name, _, _)| *name == field);
+    match (score, known) {
+        (Some(idx), _) => (0, idx),
+        (None, Some(idx)) => (1, idx),
+        (None, None) => (2, 0),
+    }
 }
 
 /// The value that all series have everywhere, if there is only one.

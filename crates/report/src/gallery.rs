@@ -1,7 +1,7 @@
 //! Writes the pictures of test shapes, the worst first: the reference and the main predictions. The page paints them from the
 //! points that it has.
 
-use crate::html::{escaped, section};
+use crate::html::{escaped, id_html, section};
 use crate::lost_parts::main_predictions;
 use crate::names::Names;
 use crate::shape_digest::{PredictionDigest, ShapeDigest};
@@ -51,8 +51,8 @@ fn card(idx: usize, shape: &ShapeDigest, names: &Names<'_>) -> String {
     let k = reference.parts.len();
     let score = main_score(shape, names).unwrap_or(2.0);
     let mut html = format!(
-        "<article class=\"card\" data-score=\"{score:.4}\" data-k=\"{k}\" hidden><h3><span class=\"id\" title=\"{0}\">{0}</span> <span>K = {k}</span></h3><div class=\"pics\">",
-        escaped(&shape.id)
+        "<article class=\"card\" data-score=\"{score:.4}\" data-k=\"{k}\" hidden><h3>{} <span>K = {k}</span></h3><div class=\"pics\">",
+        id_html(&shape.id)
     );
     html.push_str(&picture(
         idx,

@@ -9,6 +9,16 @@ pub(crate) fn escaped(text: &str) -> String {
         .replace('\'', "&#39;")
 }
 
+/// The id of a shape, whose last piece stays readable if there is little space.
+pub(crate) fn id_html(id: &str) -> String {
+    let cut = id.rfind("__").map_or(0, |at| at + 2);
+    let (head, tail) = id.split_at(cut);
+    let [head, tail] = [head, tail].map(escaped);
+    format!(
+        "<span class=\"id\" title=\"{head}{tail}\"><span>{head}</span><span>{tail}</span></span>"
+    )
+}
+
 /// JSON that may stand inside a `script` element: no text in it can end the element.
 pub(crate) fn json_for_script(value: &serde_json::Value) -> String {
     value.to_string().replace('<', "\\u003c")

@@ -37,6 +37,7 @@ mod facts;
 mod gallery;
 mod html;
 mod interval;
+mod kept_points;
 mod log_series;
 mod lost_parts;
 mod matched;

@@ -1,6 +1,6 @@
 //! Lists the reference parts by the IoU that they lost, with their type, their size, and what took their points.
 
-use crate::html::{escaped, section};
+use crate::html::{id_html, section};
 use crate::matched::Loss;
 use crate::names::Names;
 use crate::shape_digest::{PredictionDigest, ReferenceDigest, ShapeDigest};
@@ -75,7 +75,7 @@ pub(crate) fn lost_parts(shapes: &[ShapeDigest], names: &Names<'_>) -> String {
     parts.sort_by(order);
     parts.truncate(MAX_ROWS);
 
-    let mut table = SortableTable::new("lost-parts", "Parts by lost IoU")
+    let mut table = SortableTable::new("part-losses", "Parts by lost IoU")
         .column("shape", false)
         .column("part", true)
         .column("type", false)
@@ -130,10 +130,10 @@ fn cells(part: &LostPart<'_>, shape: &ShapeDigest, names: &Names<'_>) -> Vec<Cel
     let n_faces = (facts.n_faces > 0).then_some(facts.n_faces);
     vec![
         Cell::html(format!(
-            "<a class=\"id\" href=\"#view\" data-shape=\"{}\" data-part=\"{}\" title=\"{2}\">{2}</a>",
+            "<a href=\"#view\" data-shape=\"{}\" data-part=\"{}\">{}</a>",
             part.shape,
             part.part,
-            escaped(&shape.id)
+            id_html(&shape.id)
         )),
         Cell::number(Some(f64::from(facts.label)), &facts.label.to_string()),
         Cell::text(part.type_of(part.part)),

@@ -15,7 +15,7 @@ pub(crate) fn answer_html(name: &str, answer: &Answer, summary: &str, notes: &[S
         "<section id=\"answer\" aria-labelledby=\"answer-h\">\n<p class=\"run\">Run <code>{}</code></p>\n\
          <h1 id=\"answer-h\">{}</h1>\n",
         escaped(name),
-        escaped(&answer.headline)
+        unbroken(&answer.headline)
     );
     for (class, text) in [("answer", &answer.sentence), ("power", &answer.power)] {
         if !text.is_empty() {
@@ -32,6 +32,15 @@ pub(crate) fn answer_html(name: &str, answer: &Answer, summary: &str, notes: &[S
         }
     }
     html + "</section>\n"
+}
+
+/// Text whose words with hyphens stay on one line.
+fn unbroken(text: &str) -> String {
+    let words = text.split(' ').map(|word| match word.contains('-') {
+        true => format!("<span class=\"nb\">{}</span>", escaped(word)),
+        false => escaped(word),
+    });
+    words.collect::<Vec<_>>().join(" ")
 }
 
 fn capitalized(text: &str) -> String {
@@ -85,12 +94,18 @@ pub(crate) fn means(tables: &Tables, rows: &[ScoreRow], names: &Names<'_>) -> St
             color: names.is_trained(name).then(|| names.color(name)),
         })
     });
-    let svg = interval_rows(&chart_rows.collect::<Vec<_>>(), "mean mIoU");
+    let chart_rows: Vec<IntervalRow> = chart_rows.collect();
+    let svg = interval_rows(&chart_rows, "mean mIoU");
     if svg.is_empty() {
         return svg;
     }
+    let interval = if chart_rows.iter().any(|row| row.interval.is_some()) {
+        "lines are 95 % intervals over groups of related shapes"
+    } else {
+        "too few groups of related shapes for intervals"
+    };
     let caption = format!(
-        "Mean mIoU against {}, clusters by {}, with the 95 % interval over groups of related shapes; small marks are single seeds",
+        "Mean mIoU against {}, clusters by {}; {interval}; small marks are single seeds",
         main.reference, main.clusterer
     );
     section("means", "At a glance", "", &figure(&caption, &svg))

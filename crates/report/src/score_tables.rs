@@ -165,7 +165,7 @@ fn difference_cells(row: &DifferenceRow, metrics: &[Metric], n_bins: usize) -> V
         metrics
             .iter()
             .map(|metric| match row.differences.get(metric) {
-                Some(found) => Cell::number(Some(found.mean), &difference_text(found)),
+                Some(found) => Cell::number_html(found.mean, difference_html(found)),
                 None => Cell::number(None, "–"),
             }),
     );
@@ -188,6 +188,15 @@ pub(crate) fn difference_text(difference: &Difference) -> String {
             signed(interval.high)
         ),
         None => mean,
+    }
+}
+
+/// The same on two lines, which keeps columns narrow.
+fn difference_html(difference: &Difference) -> String {
+    let text = escaped(&difference_text(difference));
+    match text.split_once(' ') {
+        Some((mean, interval)) => format!("{mean}<br><small>{interval}</small>"),
+        None => text,
     }
 }
 

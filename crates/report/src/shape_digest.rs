@@ -1,5 +1,6 @@
 //! Reduces a test shape to what the page shows of it: its parts, what each prediction lost, and 5 000 of its points.
 
+use crate::kept_points::spread_indices;
 use crate::matched::{Loss, MatchedPrediction};
 use partprobe_carrier::{FaceType, NearestPoints, distance};
 use std::collections::{BTreeMap, BTreeSet};
@@ -119,7 +120,7 @@ impl ShapeDigest {
     pub fn of(shape: &ReportShape) -> Self {
         let n = shape.points.len().min(shape.normals.len());
         let frame = Frame::of(&shape.points[..n]);
-        let kept = kept_indices(&shape.points[..n], &frame);
+        let (kept, spread_radius) = kept_indices(&shape.points[..n], &shape.normals[..n], &frame);
         let faces = shape
             .faces
             .as_ref()
@@ -145,7 +146,7 @@ impl ShapeDigest {
         Self {
             id: shape.id.clone(),
             diagonal_mm: frame.diagonal,
-            disc_radius: disc_radius(&positions),
+            disc_radius: spread_radius.unwrap_or_else(|| disc_radius(&positions)),
             predictions: predictions.collect(),
             references: references
                 .iter()
@@ -204,12 +205,18 @@ impl Frame {
     }
 }
 
-/// At most [`N_POINTS`] points at equal distances in the list, in the order of a curve through space.
-fn kept_indices(points: &[[f32; 3]], frame: &Frame) -> Vec<usize> {
-    let n_kept = points.len().min(N_POINTS);
-    let mut kept: Vec<usize> = (0..n_kept).map(|idx| idx * points.len() / n_kept).collect();
+/// At most [`N_POINTS`] points in the order of a curve through space, and the radius of discs that cover the surface, if known.
+fn kept_indices(
+    points: &[[f32; 3]],
+    normals: &[[f32; 3]],
+    frame: &Frame,
+) -> (Vec<usize>, Option<f64>) {
+    let in_units =
+        |point: &[f32; 3]| [0, 1, 2].map(|axis| (point[axis] - frame.low[axis]) / frame.extent);
+    let positions: Vec<[f32; 3]> = points.iter().map(in_units).collect();
+    let (mut kept, radius) = spread_indices(&positions, normals, N_POINTS);
     kept.sort_by_key(|&idx| (morton(frame.quantized(points[idx])), idx));
-    kept
+    (kept, radius)
 }
 
 /// The bits of the coordinates in turn.
@@ -234,7 +241,7 @@ fn octahedral([x, y, z]: [f32; 3]) -> [u8; 2] {
     [u, v].map(|value| (127.0 + 127.0 * value).round().clamp(0.0, 254.0) as u8)
 }
 
-/// The median distance to the sixth nearest point: discs of four fifths of it cover a surface.
+/// For points that were all kept: four fifths of the median distance to the sixth nearest point.
 fn disc_radius(positions: &[[u16; 3]]) -> f64 {
     const N_NEIGHBORS: usize = 6;
     let points: Vec<[f64; 3]> = positions

@@ -1,6 +1,6 @@
 //! Averages the score of each shape over the seeds, and lists all shapes with their scores.
 
-use crate::html::{escaped, section};
+use crate::html::{id_html, section};
 use crate::interval::{MeanInterval, mean_interval};
 use crate::sortable_table::{Cell, SortableTable};
 use partprobe_eval::{KBin, Metric, ScoreRow, Tables};
@@ -112,13 +112,10 @@ pub(crate) fn shape_table(
     for (shape, (k, scores)) in shapes {
         let name = match index_of_shape.get(shape) {
             Some(idx) => format!(
-                "<a class=\"id\" href=\"#view\" data-shape=\"{idx}\" title=\"{0}\">{0}</a>",
-                escaped(shape)
+                "<a href=\"#view\" data-shape=\"{idx}\">{}</a>",
+                id_html(shape)
             ),
-            None => format!(
-                "<span class=\"id\" title=\"{0}\">{0}</span>",
-                escaped(shape)
-            ),
+            None => id_html(shape),
         };
         let mut cells = vec![
             Cell::html(name),

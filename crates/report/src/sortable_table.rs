@@ -39,6 +39,14 @@ impl Cell {
         }
     }
 
+    /// A number that is shown as HTML.
+    pub(crate) fn number_html(value: f64, html: String) -> Self {
+        Self {
+            html,
+            ..Self::number(Some(value), "")
+        }
+    }
+
     /// A score from 0 to 1 with three decimals.
     pub(crate) fn score(value: Option<f64>) -> Self {
         Self::number(value, &crate::html::score_text(value))

@@ -179,6 +179,20 @@ fn the_answer_has_its_interval_and_its_power() {
 }
 
 #[test]
+fn every_id_is_there_once() {
+    let page = page("run", "step-parts");
+    let ids: Vec<&str> = page
+        .split(" id=\"")
+        .skip(1)
+        .filter_map(|rest| rest.split('"').next())
+        .collect();
+    for id in &ids {
+        assert_eq!(ids.iter().filter(|other| *other == id).count(), 1, "{id}");
+    }
+    assert!(ids.len() > 30, "{ids:?}");
+}
+
+#[test]
 fn the_page_asks_for_nothing() {
     let page = page("run", "step-parts");
     for outside in [

@@ -88,7 +88,7 @@ impl Axis {
         let middle = 0.5 * (self.from + self.to);
         let _ = write!(
             svg,
-            "<text transform=\"translate(13 {middle:.1}) rotate(-90)\" class=\"mid label\">{}</text>",
+            "<text transform=\"translate(12 {middle:.1}) rotate(-90)\" class=\"mid label\">{}</text>",
             escaped(label)
         );
         svg
@@ -122,7 +122,7 @@ pub(crate) fn tick_text(tick: f64, ticks: &[f64]) -> String {
     let largest = ticks
         .iter()
         .fold(0.0, |largest: f64, tick| largest.max(tick.abs()));
-    if largest > 0.0 && (largest < 1e-3 || largest >= 1e6) {
+    if largest > 0.0 && (largest < 5e-3 || largest >= 1e6) {
         let text = format!("{:.1e}", tick);
         return text.replace(".0e", "e").replace("0e0", "0");
     }

@@ -4,8 +4,8 @@ use super::{Axis, BOTTOM, LEFT, RIGHT, class_of};
 use crate::html::escaped;
 use std::fmt::Write as _;
 
-const WIDTH: f64 = 460.0;
-const HEIGHT: f64 = 190.0;
+const WIDTH: f64 = 380.0;
+const HEIGHT: f64 = 180.0;
 
 /// A histogram.
 #[derive(Clone, Debug, Default)]
@@ -39,7 +39,7 @@ impl Bars {
         svg.push_str(&y.vertical_svg(WIDTH - RIGHT, &self.y_label));
         let width = (x.at(1.0) - x.at(0.0) - 2.0).max(1.0);
         // At most about a dozen labels fit.
-        let every = self.bars.len().div_ceil(12);
+        let every = self.bars.len().div_ceil(10);
         for (idx, (label, value)) in self.bars.iter().enumerate() {
             let (left, top) = (x.at(idx as f64) + 1.0, y.at(*value));
             let _ = write!(

@@ -5,8 +5,8 @@ use crate::html::escaped;
 use std::fmt::Write as _;
 
 /// The size of the view box.
-const WIDTH: f64 = 460.0;
-const HEIGHT: f64 = 250.0;
+const WIDTH: f64 = 380.0;
+const HEIGHT: f64 = 226.0;
 
 /// One line of a chart.
 #[derive(Clone, Debug, Default)]

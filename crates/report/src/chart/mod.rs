@@ -13,7 +13,7 @@ pub(crate) use lines::{Line, LineChart};
 pub(crate) use rows::{IntervalRow, interval_rows};
 
 /// The space of a chart on its left, right, top and bottom, in units of the view box.
-pub(crate) const LEFT: f64 = 58.0;
+pub(crate) const LEFT: f64 = 62.0;
 pub(crate) const RIGHT: f64 = 14.0;
 pub(crate) const TOP: f64 = 12.0;
 pub(crate) const BOTTOM: f64 = 44.0;

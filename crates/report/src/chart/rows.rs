@@ -4,9 +4,9 @@ use super::{Axis, class_of, nice_ticks, tick_text};
 use crate::html::escaped;
 use std::fmt::Write as _;
 
-const WIDTH: f64 = 760.0;
+const WIDTH: f64 = 820.0;
 /// The space for the names.
-const NAMES: f64 = 190.0;
+const NAMES: f64 = 235.0;
 /// The space for the numbers.
 const NUMBERS: f64 = 150.0;
 const ROW: f64 = 26.0;
