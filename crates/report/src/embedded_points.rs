@@ -229,7 +229,7 @@ mod tests {
         let shapes = vec![ShapeDigest::of(&plate(20_000)); 8];
         let all = embedded_points(&shapes, MAX_BYTES);
         assert_eq!(unpacked(&all, 7).len(), 5000 * 16);
-        for budget in [all.len() - 1, all.len() / 2, all.len() / 10] {
+        for budget in [all.len() - 1, all.len() / 2, all.len() / 4] {
             let html = embedded_points(&shapes, budget);
             assert!(
                 html.len() <= budget && html.contains("points-7"),

@@ -4,7 +4,7 @@
 //! computer graphics"). The distance is searched for that keeps as many points as are wanted.
 
 /// Discs of this many distances leave no hole, although the points between which they were chosen have gaps themselves.
-const COVER: f64 = 1.25;
+const COVER: f64 = 1.4;
 
 /// Steps of the search for the distance.
 const N_STEPS: usize = 5;

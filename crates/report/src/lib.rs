@@ -43,6 +43,7 @@ mod lost_parts;
 mod matched;
 mod names;
 mod overview;
+mod packed_points;
 mod run_report;
 mod score_tables;
 mod shape_digest;

@@ -38,8 +38,8 @@ impl Bars {
         );
         svg.push_str(&y.vertical_svg(WIDTH - RIGHT, &self.y_label));
         let width = (x.at(1.0) - x.at(0.0) - 2.0).max(1.0);
-        // At most about a dozen labels fit.
-        let every = self.bars.len().div_ceil(10);
+        // At most half a dozen labels fit into a narrow window.
+        let every = self.bars.len().div_ceil(6);
         for (idx, (label, value)) in self.bars.iter().enumerate() {
             let (left, top) = (x.at(idx as f64) + 1.0, y.at(*value));
             let _ = write!(
