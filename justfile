@@ -154,6 +154,10 @@ study name *data:
     cargo build --release
     python3 tools/docs/studies.py run {{name}} {{data}} --partprobe "{{program}}"
 
+# Whether everything on the page of a run works, in headless Chromium: just check-report RUN (needs chromium; installs playwright)
+check-report run *arguments: (_venv "report" "playwright==1.65.2")
+    "{{build}}/report/bin/python" tools/report/check_page.py {{run}}/report.html {{arguments}}
+
 # The micro-benchmarks.
 bench:
     cargo bench --workspace

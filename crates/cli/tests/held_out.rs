@@ -5,7 +5,7 @@
     reason = "a test that cannot read its own files has failed"
 )]
 
-use partprobe_formats::{Compression, arrays_from_npz, arrays_to_npz};
+use partprobe_formats::{Array, Compression, arrays_from_npz, arrays_to_npz};
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::fs::{self, File};
@@ -727,6 +727,57 @@ fn runs_are_listed_and_reported_together() {
         "once in each table: {report}"
     );
     fixture.check(&["report", "run", "run"], 2, "two runs are called run");
+}
+
+/// Takes the faces out of the files of test shapes, which earlier versions did not store.
+fn forget_faces(test: &Path) {
+    for entry in fs::read_dir(test).unwrap() {
+        let path = entry.unwrap().path();
+        let members = arrays_from_npz(&fs::read(&path).unwrap()).unwrap();
+        let names: Vec<&str> = members.names().collect();
+        assert!(names.contains(&"face"), "{names:?}");
+        let kept = names.into_iter().filter(|name| !name.starts_with("face"));
+        let kept: Vec<(&str, Array)> = kept
+            .map(|name| (name, members.array(name).unwrap().clone()))
+            .collect();
+        fs::write(&path, arrays_to_npz(&kept, Compression::Stored).unwrap()).unwrap();
+    }
+}
+
+#[test]
+fn the_page_of_a_run_is_written_again() {
+    let fixture = Fixture::new();
+    let page = |file: &str| fs::read_to_string(fixture.path(file)).unwrap();
+    fixture.check(&["report", "run", "--html", "again.html"], 0, "");
+    assert!(
+        page("again.html") == page("run/report.html"),
+        "the page differs"
+    );
+    assert!(
+        page("again.html").contains("<section id=\"types\""),
+        "types are known"
+    );
+
+    // The faces of a run of an earlier version are those of the data set, or unknown.
+    copy_folder(&fixture.path("run"), &fixture.path("old/run"));
+    forget_faces(&fixture.path("old/run/test"));
+    let old = ["report", "old/run", "--html", "old.html"];
+    fixture.check(&[&old[..], &["--data", "data"]].concat(), 0, "");
+    assert!(
+        page("old.html") == page("run/report.html"),
+        "the page differs"
+    );
+    fs::remove_file(fixture.path("old/run/data.json")).unwrap();
+    fixture.check(&old, 0, "");
+    let without = page("old.html");
+    assert!(
+        !without.contains("<section id=\"types\"") && without.contains("say with --data DATASET")
+    );
+    fixture.check(
+        &["report", "run", "old/run", "--html", "x.html"],
+        2,
+        "name one run folder",
+    );
 }
 
 #[test]

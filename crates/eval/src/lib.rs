@@ -39,7 +39,6 @@ mod metrics;
 mod oracle_k;
 mod paired;
 mod probe;
-mod report;
 mod score_row;
 mod scores;
 mod split;
@@ -73,7 +72,6 @@ pub use metrics::{
 pub use oracle_k::{OracleError, OracleScores, TokenizedShape, score_oracle_k};
 pub use paired::Difference;
 pub use probe::{ProbeScore, ProbeScores, probe};
-pub use report::RunReport;
 pub use score_row::ScoreRow;
 pub use scores::{ShapeScores, clusters_of_labels, score_clusters};
 pub use split::{

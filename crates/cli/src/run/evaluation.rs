@@ -1,6 +1,7 @@
 //! Evaluates held-out shapes: embedding, clustering, scoring, and the files that let anybody score again.
 
 use super::folder::RunFolder;
+use super::page::face_members;
 use super::scoring_place::ScoringPlace;
 use super::shapes::Shape;
 use crate::config::{ClustererName, Config, EvalConfig};
@@ -158,7 +159,7 @@ pub(crate) fn score_against(
     )?)
 }
 
-/// Writes `test/<shape>.npz` for each held-out shape: its points, normals, and every reference's labels.
+/// Writes `test/<shape>.npz` for each held-out shape: its points, normals and faces, and every reference's labels.
 pub(crate) fn write_test_shapes(
     folder: &RunFolder,
     shapes: &[&Shape],
@@ -175,6 +176,7 @@ pub(crate) fn write_test_shapes(
                 Array::vector(shape.labels_by(reference)?.to_vec()),
             ));
         }
+        members.extend(face_members(shape)?);
         write_npz(folder, &format!("test/{}.npz", shape.id), members)
     })
 }

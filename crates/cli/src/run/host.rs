@@ -165,7 +165,12 @@ pub(crate) fn unix_seconds() -> u64 {
 
 /// Today in UTC as `YYYY-MM-DD`, for the names of run folders.
 pub(crate) fn today() -> String {
-    let (year, month, day) = civil_from_days((unix_seconds() / 86_400) as i64);
+    date_of(unix_seconds())
+}
+
+/// The date in UTC as `YYYY-MM-DD`.
+pub(super) fn date_of(unix_s: u64) -> String {
+    let (year, month, day) = civil_from_days((unix_s / 86_400) as i64);
     format!("{year:04}-{month:02}-{day:02}")
 }
 

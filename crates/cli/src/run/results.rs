@@ -1,10 +1,10 @@
 //! Writes the results of a run: score lines, tables, the report, and the expectations that decide the exit code.
 
 use super::bounds::bound_names;
-use super::collisions::Collisions;
 use super::evaluation::{NO_NETWORK, RANDOM_FOURIER, UNTRAINED};
 use super::folder::RunFolder;
 use super::footer::{Normals, footer};
+use super::page::{FaceSource, PageScores, page};
 use super::stages::Run;
 use super::training_job::TrainingRecord;
 use crate::MISSED_BOUND;
@@ -14,8 +14,8 @@ use crate::usage::UsageError;
 use anyhow::{Result, ensure};
 use partprobe_carrier::STEP_PARTS;
 use partprobe_eval::{
-    Bootstrap, Endpoint, ExpectationOutcome, Expectations, MIOU, RunReport, ScoreRow,
-    TableSettings, Tables, TrainingFigures, tables,
+    Bootstrap, Endpoint, ExpectationOutcome, Expectations, MIOU, ScoreRow, TableSettings, Tables,
+    TrainingFigures, tables,
 };
 use std::process::ExitCode;
 
@@ -68,21 +68,19 @@ impl Run<'_> {
         let tables = tables(rows, &table_settings(self.config, footer)?);
         let figures = training_figures(folder, self.config)?;
         let outcomes = checked_expectations(self.config)?.evaluate(&tables, &figures)?;
-        let report = RunReport {
-            summary: &self.data.split_file.selection.to_string(),
-            note: Collisions::read(folder)?.map(|found| found.to_string()),
+        let scores = PageScores {
             tables: &tables,
             rows,
             outcomes: &outcomes,
-            log: &read_log(folder)?,
-            config: &folder.read_text("config.toml")?,
+            summary: &self.data.split_file.selection.to_string(),
         };
 
         let beside_paper = beside_paper(&tables, self.config);
         if let Some(text) = &beside_paper {
             folder.write("paper.md", text.as_bytes())?;
         }
-        folder.write("report.html", report.to_html().as_bytes())?;
+        let page = page(folder, self.config, &scores, &FaceSource::Stored)?;
+        folder.write("report.html", page.as_bytes())?;
         folder.write("tables.md", tables.to_markdown().as_bytes())?;
         folder.write("tables.csv", tables.to_csv().as_bytes())?;
         folder.write("tables.json", tables.to_json().as_bytes())?;
@@ -111,17 +109,8 @@ fn beside_paper(tables: &Tables, config: &Config) -> Option<String> {
     tables.beside_paper([first, second])
 }
 
-/// The lines of `log.jsonl`; none if nothing was trained here.
-fn read_log(folder: &RunFolder) -> Result<String> {
-    if folder.path("log.jsonl").exists() {
-        folder.read_text("log.jsonl")
-    } else {
-        Ok(String::new())
-    }
-}
-
 /// What the trainings of the folder say of themselves.
-fn training_figures(folder: &RunFolder, config: &Config) -> Result<TrainingFigures> {
+pub(super) fn training_figures(folder: &RunFolder, config: &Config) -> Result<TrainingFigures> {
     let mut figures = TrainingFigures::default();
     for supervision in &config.compare.supervision {
         for &seed in &config.compare.seeds {

@@ -4,12 +4,12 @@ use crate::counted::counted;
 use crate::scored_run::ScoredRun;
 use crate::stdout::{print_line, print_result};
 use crate::usage::UsageError;
-use anyhow::{Result, ensure};
-use partprobe_dataset::json_document;
+use anyhow::{Result, bail, ensure};
+use partprobe_dataset::{json_document, write_atomically};
 use partprobe_eval::{Bootstrap, ScoreRow, TableSettings, Tables, tables};
 use serde::Serialize;
 use std::collections::BTreeSet;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Draws of the bootstrap.
 const DRAWS: usize = 2000;
@@ -19,10 +19,12 @@ const DRAWS: usize = 2000;
 #[command(after_help = "Examples:
   partprobe report runs/base runs/chord
   partprobe report runs/*/ --json
+  partprobe report runs/base --html base.html
 
 A row is a run and the label source that it was trained on, as in `chord:step-parts`. Rows without a training come from the first
 run that has them. With two runs, the last row is the difference between their first label sources.
-A shape counts if every run was scored on it against the same reference.")]
+A shape counts if every run was scored on it against the same reference.
+With --html, the page `report.html` of one run is written again.")]
 pub(crate) struct ReportArgs {
     /// The run folders.
     #[arg(value_name = "RUN", required = true)]
@@ -30,6 +32,14 @@ pub(crate) struct ReportArgs {
     /// Print JSON.
     #[arg(long)]
     json: bool,
+    /// Write the page of one run again, to this file.
+    #[cfg(feature = "train")]
+    #[arg(long, value_name = "FILE", conflicts_with = "json")]
+    html: Option<PathBuf>,
+    /// For the page of a run of an earlier version: its data set, if it has moved. It gives the faces of the points.
+    #[cfg(feature = "train")]
+    #[arg(long, value_name = "DATASET", requires = "html")]
+    data: Option<PathBuf>,
 }
 
 /// All that is printed as JSON.
@@ -48,6 +58,10 @@ type Key<'a> = (&'a str, &'a str);
 /// # Errors
 /// If a folder is no scored run, two runs have one name, or they have no test shape in common.
 pub(crate) fn report(args: &ReportArgs) -> Result<()> {
+    #[cfg(feature = "train")]
+    if let Some(file) = &args.html {
+        return write_page(args, file);
+    }
     let runs: Vec<ScoredRun> = args
         .runs
         .iter()
@@ -86,6 +100,19 @@ pub(crate) fn report(args: &ReportArgs) -> Result<()> {
         counted(n_common, "test shape", "test shapes"),
         counted(runs.len(), "run", "runs")
     ))
+}
+
+/// Writes the page of the one run that is named.
+#[cfg(feature = "train")]
+fn write_page(args: &ReportArgs, file: &Path) -> Result<()> {
+    let [run] = args.runs.as_slice() else {
+        bail!(UsageError(
+            "--html writes the page of one run; name one run folder".to_owned()
+        ));
+    };
+    let page = crate::run::page_of_folder(run, args.data.as_deref())?;
+    write_atomically(file, page.as_bytes())?;
+    print_result(format_args!("page: {}", file.display()))
 }
 
 fn common_shapes(runs: &[ScoredRun]) -> BTreeSet<Key<'_>> {

@@ -1,0 +1,104 @@
+//! Collects what the report of a run shows, from its folder: scores, log, facts, and the points of its test shapes.
+
+mod faces;
+mod facts;
+mod shapes;
+
+pub(super) use faces::{FaceSource, face_members};
+
+use super::collisions::Collisions;
+use super::folder::RunFolder;
+use super::results::{checked_expectations, table_settings, training_figures};
+use super::split_file::SplitFile;
+use crate::config::{Config, load};
+use crate::scored_run::ScoredRun;
+use anyhow::Result;
+use partprobe_eval::{ExpectationOutcome, ScoreRow, Tables, tables};
+use partprobe_report::RunReport;
+use std::path::Path;
+
+/// The scores of a run, and what follows from them.
+pub(super) struct PageScores<'a> {
+    pub(super) tables: &'a Tables,
+    pub(super) rows: &'a [ScoreRow],
+    pub(super) outcomes: &'a [ExpectationOutcome],
+    /// How many shapes take part.
+    pub(super) summary: &'a str,
+}
+
+/// The page of a run whose `test/` and `predictions/` are written.
+///
+/// # Errors
+/// If a file of the folder cannot be read.
+pub(super) fn page(
+    folder: &RunFolder,
+    config: &Config,
+    scores: &PageScores<'_>,
+    faces: &FaceSource,
+) -> Result<String> {
+    let collisions = Collisions::read(folder)?.map(|found| found.to_string());
+    let mut notes: Vec<String> = collisions.into_iter().collect();
+    notes.extend(faces.note());
+    let name = run_name(folder.root());
+    let report = RunReport {
+        name: &name,
+        summary: scores.summary,
+        notes: &notes,
+        trained: &config.compare.supervision,
+        tables: scores.tables,
+        rows: scores.rows,
+        outcomes: scores.outcomes,
+        log: &read_log(folder)?,
+        facts: &facts::facts(folder)?,
+        config: &folder.read_text("config.toml")?,
+        shapes: &shapes::shapes(folder, config, scores, faces)?,
+    };
+    Ok(report.to_html())
+}
+
+/// The page of a finished run, made from its folder alone. Runs of earlier versions did not store the faces of points; these are
+/// drawn again from the data set if it is there.
+///
+/// # Errors
+/// If the folder is no scored run, or a file of it cannot be read.
+pub(crate) fn page_of_folder(root: &Path, data: Option<&Path>) -> Result<String> {
+    let scored = ScoredRun::read(root)?;
+    let folder = RunFolder::existing(root)?;
+    let config_file = folder.path("config.toml").to_string_lossy().into_owned();
+    let config = load(&config_file, &[])?.config;
+    // The page lists the settings of the run itself, so its tables need no sentences on them.
+    let tables = tables(&scored.rows, &table_settings(&config, Vec::new())?);
+    let figures = training_figures(&folder, &config)?;
+    let outcomes = checked_expectations(&config)?.evaluate(&tables, &figures)?;
+    // The page of a run of an earlier version does not say which shapes were left out, rather than not be made.
+    let summary = match SplitFile::read(&folder, &config) {
+        Ok(Some(split)) => split.selection.to_string(),
+        Ok(None) | Err(_) => String::new(),
+    };
+    let scores = PageScores {
+        tables: &tables,
+        rows: &scored.rows,
+        outcomes: &outcomes,
+        summary: &summary,
+    };
+    page(&folder, &config, &scores, &FaceSource::of(&folder, data)?)
+}
+
+/// The name of the folder.
+fn run_name(root: &Path) -> String {
+    let canonical = root.canonicalize().unwrap_or_else(|_| root.to_owned());
+    canonical
+        .file_name()
+        .unwrap_or_default()
+        .to_string_lossy()
+        .into_owned()
+}
+
+/// The lines of `log.jsonl`; none if nothing was trained here.
+fn read_log(folder: &RunFolder) -> Result<String> {
+    if folder.path("log.jsonl").exists() {
+        folder.read_text("log.jsonl")
+    } else {
+        Ok(String::new())
+    }
+}

@@ -1,0 +1,224 @@
+//! Draws everything that the log of a run holds as smoothed curves.
+
+use crate::chart::{Line, LineChart, figure};
+use crate::html::{escaped, section};
+use crate::log_series::{LogSeries, Series};
+use crate::names::Names;
+use partprobe_eval::{METRICS, Metric};
+
+/// A curve has at most so many points; each is the mean over the updates next to it.
+const MAX_POINTS: usize = 160;
+
+/// What is known of a field: its title, and the label of its axis with the unit. Other fields have their own names.
+const KNOWN: [(&str, &str, &str); 14] = [
+    ("loss", "Loss", "loss"),
+    ("pull", "Loss term: pull", "pull"),
+    ("push", "Loss term: push", "push"),
+    (
+        "proto_ce",
+        "Loss term: prototype cross-entropy",
+        "cross-entropy (nat)",
+    ),
+    ("learning_rate", "Learning rate", "learning rate"),
+    (
+        "grad_norm",
+        "Gradient norm before the clip",
+        "norm of the gradient",
+    ),
+    (
+        "n_without_loss",
+        "Shapes without a loss",
+        "shapes per update",
+    ),
+    ("seconds", "Time", "seconds"),
+    (
+        "wait_seconds",
+        "Time that an update waited for data",
+        "seconds",
+    ),
+    ("score", "Score that chooses the best weights", "score"),
+    ("n_shapes", "Shapes", "shapes"),
+    ("shapes", "Shapes", "shapes"),
+    (
+        "wait_share",
+        "Fraction of the time spent waiting",
+        "fraction",
+    ),
+    ("loading_seconds", "Time of loading", "seconds"),
+];
+
+/// The section with all curves; empty if nothing was logged.
+pub(crate) fn curves(log: &str, names: &Names<'_>) -> String {
+    let series = LogSeries::read(log);
+    let groups = [("valid", "At each validation"), ("step", "At each update")];
+    let is_known = |event: &str| groups.iter().any(|(known, _)| *known == event);
+    let mut body = String::new();
+    for (event, heading) in groups {
+        body.push_str(&group(&series, heading, names, |own| own == event));
+    }
+    body.push_str(&group(&series, "Other", names, |own| !is_known(own)));
+    if !body.is_empty() {
+        let shown = series
+            .fields
+            .iter()
+            .flat_map(|(_, trainings)| trainings.keys());
+        body.insert_str(0, &names.legend(shown.map(|(name, _)| name.as_str())));
+    }
+    section(
+        "curves",
+        "Training curves",
+        "Each curve is a running mean of the log; the band behind it holds nine tenths of the values. A training has one curve per \
+         seed. Point at a chart to read its values.",
+        &body,
+    )
+}
+
+/// The charts of some events under a heading, and the numbers that never change.
+fn group(
+    series: &LogSeries,
+    heading: &str,
+    names: &Names<'_>,
+    is_in: impl Fn(&str) -> bool,
+) -> String {
+    let mut charts = String::new();
+    let mut constant = Vec::new();
+    let mut fields: Vec<_> = series
+        .fields
+        .iter()
+        .filter(|((event, _), _)| is_in(event))
+        .collect();
+    fields.sort_by_key(|((_, field), _)| order(field));
+    for ((_, field), trainings) in fields {
+        if let Some(value) = only_value(trainings.values()) {
+            constant.push(format!("<code>{}</code> is {value}", escaped(field)));
+            continue;
+        }
+        let lines = trainings.iter().map(|((supervision, seed), series)| {
+            let name = format!("{supervision}, seed {seed}");
+            line(name, names.color(supervision), series)
+        });
+        charts.push_str(&chart(field, lines.collect()));
+    }
+    if charts.is_empty() && constant.is_empty() {
+        return String::new();
+    }
+    let always = match constant.as_slice() {
+        [] => String::new(),
+        constant => format!(
+            "<p class=\"note\">Always the same: {}.</p>\n",
+            constant.join(", ")
+        ),
+    };
+    format!("<h3>{heading}</h3>\n<div class=\"charts\">{charts}</div>\n{always}")
+}
+
+/// Scores come in the order of the tables, then what is known in the order of the list, then the rest.
+fn order(field: &str) -> (usize, usize) {
+    let score = METRICS.iter().position(|metric| metric.name == field);
+    let known = KNOWN.iter().position(|(name, _, _)| *name == field);
+    match (score, known) {
+        (Some(idx), _) => (0, idx),
+        (None, Some(idx)) => (1, idx),
+        (None, None) => (2, 0),
+    }
+}
+
+/// The value that all series have everywhere, if there is only one.
+fn only_value<'a>(all: impl Iterator<Item = &'a Series>) -> Option<f64> {
+    let mut values = all.flatten().map(|point| point.1);
+    let first = values.next()?;
+    values.all(|value| value == first).then_some(first)
+}
+
+fn chart(field: &str, lines: Vec<Line>) -> String {
+    let known = KNOWN.iter().find(|(name, _, _)| *name == field);
+    let (title, label) = match (known, Metric::named(field)) {
+        (Some((_, title, label)), _) => ((*title).to_owned(), (*label).to_owned()),
+        (None, Some(metric)) => (
+            format!("Validation {}", metric.heading),
+            metric.heading.to_owned(),
+        ),
+        (None, None) => (field.replace('_', " "), field.replace('_', " ")),
+    };
+    let svg = LineChart {
+        x_label: "update".to_owned(),
+        y_label: label,
+        lines,
+        from_zero: field != "learning_rate" && Metric::named(field).is_none(),
+    }
+    .to_svg();
+    if svg.is_empty() {
+        return String::new();
+    }
+    figure(&title, &svg)
+}
+
+/// A curve with few enough points: the mean of each bin of updates, with the range of its values as a band.
+fn line(name: String, color: usize, series: &Series) -> Line {
+    let per_bin = series.len().div_ceil(MAX_POINTS).max(1);
+    if per_bin == 1 {
+        return Line {
+            name,
+            color,
+            points: series.clone(),
+            ..Line::default()
+        };
+    }
+    let mut line = Line {
+        name,
+        color,
+        ..Line::default()
+    };
+    let mut means = Vec::new();
+    for bin in series.chunks(per_bin) {
+        let n = bin.len() as f64;
+        let at = bin.iter().map(|point| point.0).sum::<f64>() / n;
+        let mut values: Vec<f64> = bin.iter().map(|point| point.1).collect();
+        values.sort_by(f64::total_cmp);
+        means.push((at, values.iter().sum::<f64>() / n));
+        // Single outliers would flatten everything else.
+        let edge = values.len() / 20;
+        line.band
+            .push((at, [values[edge], values[values.len() - 1 - edge]]));
+    }
+    line.points = smoothed(&means);
+    line
+}
+
+/// The mean over each point and its two neighbors on either side.
+fn smoothed(points: &[(f64, f64)]) -> Series {
+    let n = points.len();
+    let mean = |idx: usize| {
+        // A window that is cut at one end is cut at the other, so that the ends do not shift.
+        let reach = 2.min(idx).min(n - 1 - idx);
+        let window = &points[idx - reach..=idx + reach];
+        window.iter().map(|point| point.1).sum::<f64>() / window.len() as f64
+    };
+    (0..n).map(|idx| (points[idx].0, mean(idx))).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn long_series_are_averaged_and_short_ones_are_kept() {
+        let series: Series = (0..4800)
+            .map(|step| (f64::from(step), f64::from(step % 2)))
+            .collect();
+        let long = line("a".to_owned(), 0, &series);
+        assert_eq!((long.points.len(), long.band.len()), (160, 160));
+        assert!(long.points.iter().all(|point| (point.1 - 0.5).abs() < 1e-9));
+        assert!(long.band.iter().all(|band| band.1 == [0.0, 1.0]));
+        let short = line("a".to_owned(), 0, &series[..40].to_vec());
+        assert_eq!((short.points.len(), short.band.len()), (40, 0));
+    }
+
+    #[test]
+    fn a_straight_line_stays_straight_at_its_ends() {
+        let straight: Series = (0..9)
+            .map(|idx| (f64::from(idx), 3.0 * f64::from(idx)))
+            .collect();
+        assert_eq!(smoothed(&straight), straight);
+    }
+}

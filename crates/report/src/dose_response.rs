@@ -1,0 +1,246 @@
+//! Draws how the score falls with the dose of each kind of damage, and places other label sources on these curves.
+
+use crate::chart::{Line, LineChart, figure};
+use crate::html::{escaped, section};
+use crate::interval::MeanInterval;
+use crate::names::Names;
+use crate::shape_scores::{MainTable, mean_of};
+use partprobe_eval::{MIOU, ScoreRow, Tables, labels_row};
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+
+/// The source that damage starts from.
+const UNDAMAGED: &str = "step-parts";
+
+/// A kind of damage.
+struct Kind {
+    /// What a source is called, up to its dose.
+    prefix: &'static str,
+    title: &'static str,
+    x_label: &'static str,
+    /// The damage of a dose, in words behind a number.
+    words: &'static str,
+    /// Whether the dose 0 is no damage.
+    starts_at_zero: bool,
+}
+
+/// The longer of two prefixes comes first.
+const KINDS: [Kind; 5] = [
+    Kind {
+        prefix: "step-merged-share-",
+        title: "Parts merged",
+        x_label: "merges done (% of all possible)",
+        words: "% of its merges done",
+        starts_at_zero: true,
+    },
+    Kind {
+        prefix: "step-merged-",
+        title: "Parts merged to K",
+        x_label: "parts that are left at most (K)",
+        words: "parts left at most",
+        starts_at_zero: false,
+    },
+    Kind {
+        prefix: "step-split-",
+        title: "Parts split to K",
+        x_label: "parts after splitting (K)",
+        words: "parts after splitting",
+        starts_at_zero: false,
+    },
+    Kind {
+        prefix: "step-flipped-",
+        title: "Labels of faces flipped",
+        x_label: "faces with the label of another part (%)",
+        words: "% of its faces flipped",
+        starts_at_zero: true,
+    },
+    Kind {
+        prefix: "step-jittered-",
+        title: "Borders moved",
+        x_label: "radius by which borders move (‰ of the diagonal)",
+        words: "‰ of the diagonal by which borders move",
+        starts_at_zero: true,
+    },
+];
+
+/// A dose, and the mean score of the backbones that were trained on it.
+type Dose = (f64, MeanInterval);
+
+/// The section with one chart per kind of damage; empty unless a kind has two doses.
+pub(crate) fn dose_response(tables: &Tables, rows: &[ScoreRow], names: &Names<'_>) -> String {
+    let Some(main) = MainTable::of(tables) else {
+        return String::new();
+    };
+    let score = |name: &str| mean_of(&main.scores(rows, name, MIOU));
+    let mut kinds: BTreeMap<usize, (Vec<Dose>, Vec<Dose>)> = BTreeMap::new();
+    let mut others = Vec::new();
+    for name in main
+        .supervisions(tables)
+        .filter(|name| names.is_trained(name))
+    {
+        let Some(mean) = score(name) else { continue };
+        let Some((kind, dose)) = kind_of(name) else {
+            others.push((name, mean.mean));
+            continue;
+        };
+        let (trained, labels) = kinds.entry(kind).or_default();
+        trained.push((dose, mean));
+        labels.extend(score(&labels_row(name)).map(|mean| (dose, mean)));
+    }
+    let mut charts = String::new();
+    let mut placed = String::new();
+    for (kind, (mut trained, mut labels)) in kinds {
+        let kind = &KINDS[kind];
+        if kind.starts_at_zero
+            && let Some(mean) = score(UNDAMAGED)
+        {
+            trained.push((0.0, mean));
+            let perfect = MeanInterval {
+                mean: 1.0,
+                interval: None,
+            };
+            labels.push((
+                0.0,
+                if main.reference == UNDAMAGED {
+                    perfect
+                } else {
+                    mean
+                },
+            ));
+        }
+        trained.sort_by(|a, b| a.0.total_cmp(&b.0));
+        labels.sort_by(|a, b| a.0.total_cmp(&b.0));
+        if trained.len() < 2 {
+            continue;
+        }
+        let chart = chart(kind, &trained, &labels, &others, names);
+        charts.push_str(&figure(kind.title, &chart.to_svg()));
+        for (name, mean) in others.iter().filter(|other| other.0 != UNDAMAGED) {
+            if let Some(dose) = dose_of(&trained, *mean) {
+                let _ = writeln!(
+                    placed,
+                    "<li>{} scores as {UNDAMAGED} with {dose:.0} {}.</li>",
+                    escaped(name),
+                    kind.words
+                );
+            }
+        }
+    }
+    if !placed.is_empty() {
+        charts = format!("<div class=\"charts\">{charts}</div>\n<ul>{placed}</ul>\n");
+    } else if !charts.is_empty() {
+        charts = format!("<div class=\"charts\">{charts}</div>\n");
+    }
+    section(
+        "dose-response",
+        "Dose and response",
+        "How much of the score is left if the labels are damaged on purpose: the mean mIoU of backbones that were trained on them, with \
+         95 % intervals over groups of related shapes. The dashed curve scores the damaged labels themselves. A flat line is the \
+         mean of another label source. Compare doses within one kind of damage only.",
+        &charts,
+    )
+}
+
+/// The index of the kind in [`KINDS`], and the dose; none for other names.
+fn kind_of(name: &str) -> Option<(usize, f64)> {
+    KINDS.iter().enumerate().find_map(|(idx, kind)| {
+        let dose: u32 = name.strip_prefix(kind.prefix)?.parse().ok()?;
+        Some((idx, f64::from(dose)))
+    })
+}
+
+fn chart(
+    kind: &Kind,
+    trained: &[Dose],
+    labels: &[Dose],
+    others: &[(&str, f64)],
+    names: &Names<'_>,
+) -> LineChart {
+    let line = |name: &str, color: usize, doses: &[Dose]| Line {
+        name: name.to_owned(),
+        color,
+        points: doses
+            .iter()
+            .map(|&(dose, mean)| (dose, mean.mean))
+            .collect(),
+        bars: doses
+            .iter()
+            .filter_map(|&(dose, mean)| Some((dose, mean.interval?)))
+            .collect(),
+        ..Line::default()
+    };
+    let mut lines = vec![line(
+        "trained on the damaged labels",
+        names.color(UNDAMAGED),
+        trained,
+    )];
+    if labels.len() > 1 {
+        // The same color, dashed.
+        let color = names.color(UNDAMAGED) % crate::chart::N_COLORS + crate::chart::N_COLORS;
+        lines.push(Line {
+            bars: Vec::new(),
+            ..line("the damaged labels themselves", color, labels)
+        });
+    }
+    let [first, last] = [trained[0].0, trained[trained.len() - 1].0];
+    for (name, mean) in others.iter().filter(|other| other.0 != UNDAMAGED) {
+        lines.push(Line {
+            name: (*name).to_owned(),
+            color: names.color(name),
+            points: vec![(first, *mean), (last, *mean)],
+            ..Line::default()
+        });
+    }
+    LineChart {
+        x_label: kind.x_label.to_owned(),
+        y_label: "mean mIoU".to_owned(),
+        lines,
+        from_zero: true,
+    }
+}
+
+/// The dose at which the curve first crosses a score; none if it does not.
+fn dose_of(curve: &[Dose], score: f64) -> Option<f64> {
+    curve.windows(2).find_map(|pair| {
+        let [(from, a), (to, b)] = [pair[0], pair[1]];
+        let (a, b) = (a.mean - score, b.mean - score);
+        (a * b <= 0.0 && a != b).then(|| from + (to - from) * a / (a - b))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_have_a_kind_and_a_dose() {
+        let of = |name| kind_of(name).map(|(kind, dose)| (KINDS[kind].prefix, dose));
+        assert_eq!(
+            of("step-merged-share-40"),
+            Some(("step-merged-share-", 40.0))
+        );
+        assert_eq!(of("step-merged-5"), Some(("step-merged-", 5.0)));
+        assert_eq!(of("step-jittered-10"), Some(("step-jittered-", 10.0)));
+        assert_eq!(
+            [of("step-parts"), of("ward-20"), of("step-merged-share-")],
+            [None; 3]
+        );
+    }
+
+    #[test]
+    fn a_score_lies_between_two_doses_or_on_no_curve() {
+        let curve = [(0.0, 0.9), (20.0, 0.5), (40.0, 0.7)].map(|(dose, mean)| {
+            (
+                dose,
+                MeanInterval {
+                    mean,
+                    interval: None,
+                },
+            )
+        });
+        let found = dose_of(&curve, 0.8).unwrap();
+        assert!((found - 5.0).abs() < 1e-9, "{found}");
+        assert_eq!(dose_of(&curve, 0.3), None);
+        assert_eq!(dose_of(&curve[..1], 0.9), None);
+    }
+}

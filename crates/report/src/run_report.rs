@@ -1,0 +1,179 @@
+//! Defines what the page shows, and puts its sections together.
+
+use crate::answer::answer;
+use crate::curves::curves;
+use crate::distributions::distributions;
+use crate::dose_response::dose_response;
+use crate::embedded_points::{MAX_BYTES, embedded_points};
+use crate::facts::{Fact, facts};
+use crate::gallery::gallery;
+use crate::html::escaped;
+use crate::lost_parts::lost_parts;
+use crate::names::Names;
+use crate::overview::{answer_html, expectations, means};
+use crate::score_tables::score_tables;
+use crate::shape_digest::ShapeDigest;
+use crate::shape_scores::shape_table;
+use crate::type_confusion::type_confusion;
+use crate::viewer::viewer;
+use partprobe_eval::{ExpectationOutcome, MIOU, ScoreRow, Tables};
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::sync::LazyLock;
+
+const STYLE: &str = include_str!("../assets/page.css");
+/// The scripts, in the order in which they need each other.
+const SCRIPTS: [&str; 7] = [
+    include_str!("../assets/page.js"),
+    include_str!("../assets/points.js"),
+    include_str!("../assets/colors.js"),
+    include_str!("../assets/camera.js"),
+    include_str!("../assets/painter.js"),
+    include_str!("../assets/pictures.js"),
+    include_str!("../assets/view.js"),
+];
+
+/// The tables of a report that has none.
+static NO_TABLES: LazyLock<Tables> = LazyLock::new(|| Tables {
+    clusterer: String::new(),
+    rows: Vec::new(),
+    differences: Vec::new(),
+    same_source: Vec::new(),
+    home_advantages: Vec::new(),
+    footer: Vec::new(),
+});
+
+/// What the page shows.
+#[derive(Clone, Debug)]
+pub struct RunReport<'a> {
+    /// The name of the run.
+    pub name: &'a str,
+    /// How many shapes take part, in one sentence.
+    pub summary: &'a str,
+    /// Further remarks, one sentence each.
+    pub notes: &'a [String],
+    /// The label sources that backbones were trained on, in the order of the config.
+    pub trained: &'a [String],
+    /// The tables of scores.
+    pub tables: &'a Tables,
+    /// The scores of each shape.
+    pub rows: &'a [ScoreRow],
+    /// The expectations, and whether they are met.
+    pub outcomes: &'a [ExpectationOutcome],
+    /// The log of the trainings, one JSON object per line, with `event`, `supervision`, `seed` and `step`.
+    pub log: &'a str,
+    /// What the run was.
+    pub facts: &'a [Fact],
+    /// The merged config, as TOML.
+    pub config: &'a str,
+    /// The test shapes.
+    pub shapes: &'a [ShapeDigest],
+}
+
+impl Default for RunReport<'_> {
+    fn default() -> Self {
+        Self {
+            name: "",
+            summary: "",
+            notes: &[],
+            trained: &[],
+            tables: &NO_TABLES,
+            rows: &[],
+            outcomes: &[],
+            log: "",
+            facts: &[],
+            config: "",
+            shapes: &[],
+        }
+    }
+}
+
+impl RunReport<'_> {
+    /// The page as HTML.
+    #[must_use]
+    pub fn to_html(&self) -> String {
+        let sections = self.sections();
+        let mut page = self.head();
+        page.push_str(&navigation(&sections));
+        page.push_str("<main id=\"main\">\n");
+        page.push_str(&sections);
+        page.push_str("</main>\n<footer>Made by <code>partprobe</code>. This page loads nothing from elsewhere.</footer>\n");
+        let mut scripts = String::new();
+        for script in SCRIPTS {
+            let _ = writeln!(scripts, "<script>\n{script}</script>");
+        }
+        scripts.push_str("</body></html>\n");
+        let budget = MAX_BYTES.saturating_sub(page.len() + scripts.len());
+        page.push_str(&embedded_points(self.shapes, budget));
+        page.push_str(&scripts);
+        page
+    }
+
+    fn head(&self) -> String {
+        format!(
+            "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
+             <meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">\
+             <meta name=\"color-scheme\" content=\"light dark\">\
+             <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:\">\
+             <title>{} · partprobe</title><style>{STYLE}</style></head><body>\n<a class=\"skip\" href=\"#main\">Skip to the content</a>\n",
+            escaped(self.name)
+        )
+    }
+
+    fn sections(&self) -> String {
+        let names = Names::new(self.trained);
+        let index_of_shape: BTreeMap<&str, usize> = self
+            .shapes
+            .iter()
+            .map(|shape| shape.id.as_str())
+            .zip(0..)
+            .collect();
+        [
+            answer_html(
+                self.name,
+                &answer(self.tables, self.trained),
+                self.summary,
+                self.notes,
+            ),
+            expectations(self.outcomes),
+            means(self.tables, self.rows, &names),
+            score_tables(self.tables, &names),
+            dose_response(self.tables, self.rows, &names),
+            gallery(self.shapes, &names),
+            viewer(self.shapes),
+            lost_parts(self.shapes, &names),
+            type_confusion(self.shapes, &names),
+            distributions(self.tables, self.rows, self.shapes, &names),
+            shape_table(self.tables, self.rows, MIOU, &index_of_shape),
+            curves(self.log, &names),
+            facts(self.facts, self.config),
+        ]
+        .concat()
+    }
+}
+
+/// What the links are called, by section. Sections that are not there have none.
+const LINKS: [(&str, &str); 12] = [
+    ("answer", "Answer"),
+    ("expectations", "Expectations"),
+    ("scores", "Scores"),
+    ("dose-response", "Doses"),
+    ("shapes", "Pictures"),
+    ("view", "3D"),
+    ("lost-parts", "Lost parts"),
+    ("types", "Types"),
+    ("distributions", "Distributions"),
+    ("every-shape", "Shapes"),
+    ("curves", "Curves"),
+    ("facts", "The run"),
+];
+
+fn navigation(sections: &str) -> String {
+    let mut html = String::from("<nav aria-label=\"Sections\"><ul>");
+    for (id, name) in LINKS {
+        if sections.contains(&format!("<section id=\"{id}\"")) {
+            let _ = write!(html, "<li><a href=\"#{id}\">{name}</a></li>");
+        }
+    }
+    html + "</ul></nav>\n"
+}

@@ -1,0 +1,132 @@
+//! Shows which primitive types are merged: where the points of parts of each type end up.
+
+use crate::chart::{Cells, figure};
+use crate::html::section;
+use crate::lost_parts::main_predictions;
+use crate::names::Names;
+use crate::shape_digest::{PredictionDigest, ReferenceDigest, ShapeDigest};
+use partprobe_carrier::FaceType;
+use std::collections::BTreeMap;
+
+/// For parts of one type: the points that stayed in their part, by type of another part that they went to, and those in a
+/// cluster of no part.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+struct Fate {
+    stayed: u64,
+    moved: BTreeMap<FaceType, u64>,
+    in_no_part: u64,
+}
+
+/// The section with a matrix per trained supervision; empty if the types are not known.
+pub(crate) fn type_confusion(shapes: &[ShapeDigest], names: &Names<'_>) -> String {
+    let mut by_supervision: BTreeMap<usize, (&str, BTreeMap<FaceType, Fate>)> = BTreeMap::new();
+    for shape in shapes {
+        for prediction in
+            main_predictions(shape).filter(|found| names.is_trained(&found.supervision))
+        {
+            let color = names.color(&prediction.supervision);
+            let entry = by_supervision.entry(color);
+            let (_, fates) = entry.or_insert_with(|| (&prediction.supervision, BTreeMap::new()));
+            add(fates, prediction, &shape.references[prediction.reference]);
+        }
+    }
+    let charts: Vec<String> = by_supervision
+        .values()
+        .filter(|(_, fates)| !fates.is_empty())
+        .map(|(name, fates)| {
+            figure(
+                &format!("Trained on {name}: % of the points"),
+                &matrix(fates).to_svg(),
+            )
+        })
+        .collect();
+    let body = match charts.as_slice() {
+        [] => String::new(),
+        charts => format!("<div class=\"charts matrices\">{}</div>\n", charts.concat()),
+    };
+    section(
+        "types",
+        "Which types are merged",
+        "A row holds the points of all parts of a type. They are in the cluster of their own part (blue), in the cluster of another \
+         part of the type above the column, or in a cluster that belongs to no part (orange). First seed, first clusterer.",
+        &body,
+    )
+}
+
+fn add(
+    fates: &mut BTreeMap<FaceType, Fate>,
+    prediction: &PredictionDigest,
+    reference: &ReferenceDigest,
+) {
+    for (part, moved) in prediction.moved.iter().enumerate() {
+        let Some(face_type) = reference.parts.get(part).and_then(|part| part.face_type) else {
+            continue;
+        };
+        let fate = fates.entry(face_type).or_default();
+        for (to, &n) in moved.iter().enumerate().filter(|(_, n)| **n > 0) {
+            let n = u64::from(n);
+            match reference.parts.get(to).map(|part| part.face_type) {
+                _ if to == part => fate.stayed += n,
+                Some(Some(other)) => *fate.moved.entry(other).or_default() += n,
+                _ => fate.in_no_part += n,
+            }
+        }
+    }
+}
+
+fn matrix(fates: &BTreeMap<FaceType, Fate>) -> Cells {
+    let types: Vec<FaceType> = fates.keys().copied().collect();
+    let mut shares = Vec::new();
+    for fate in fates.values() {
+        let moved = types
+            .iter()
+            .map(|to| fate.moved.get(to).copied().unwrap_or(0));
+        let counts: Vec<u64> = std::iter::once(fate.stayed)
+            .chain(moved)
+            .chain([fate.in_no_part])
+            .collect();
+        let sum = counts.iter().sum::<u64>().max(1) as f64;
+        shares.extend(counts.iter().map(|&count| Some(count as f64 / sum)));
+    }
+    let names = types.iter().map(|face_type| face_type.name().to_owned());
+    Cells {
+        rows: names.clone().collect(),
+        columns: std::iter::once("own".to_owned())
+            .chain(names)
+            .chain(["none".to_owned()])
+            .collect(),
+        shares,
+        column_label: "where the points of a type end up".to_owned(),
+        n_good: 1,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shape_digest::tests::plate;
+
+    #[test]
+    fn merged_points_are_counted_under_the_type_that_took_them() {
+        let digest = ShapeDigest::of(&plate(100));
+        let mut fates = BTreeMap::new();
+        add(&mut fates, &digest.predictions[1], &digest.references[0]);
+        assert_eq!(
+            fates[&FaceType::Plane].moved,
+            BTreeMap::from([(FaceType::Cylinder, 40)])
+        );
+        assert_eq!(
+            fates[&FaceType::Cylinder],
+            Fate {
+                stayed: 60,
+                ..Fate::default()
+            }
+        );
+        let cells = matrix(&fates);
+        assert_eq!(cells.columns, ["own", "plane", "cylinder", "none"]);
+        assert_eq!(
+            cells.shares,
+            [0.0, 0.0, 1.0, 0.0, 1.0, 0.0, 0.0, 0.0].map(Some)
+        );
+    }
+}
