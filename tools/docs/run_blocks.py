@@ -36,6 +36,7 @@ ELSEWHERE = {
     "python run_part_clustering.py": "it needs PartField; `just prove-partfield` runs it",
     "just prove-partfield": "it needs a checkout of PartField, and takes minutes",
     "pip install": "the environment of this script has the package",
+    "partprobe verdict": "it needs at least ten held-out files; crates/cli/tests/verdict.rs runs it",
     "just study": "a study takes minutes to hours; `just studies` says which ones are out of date",
     "just check-mesh-sources": "it installs CGAL and libigl, and takes minutes",
     "just bench-": "a benchmark needs a quiet machine",
