@@ -220,6 +220,11 @@ def screenshots(browser, url, folder):
             context.close()
 
 
+def is_of_page(message):
+    """Whether a message of the console is about the page. Chromium warns of reading pixels, which this script alone does."""
+    return "willReadFrequently" not in message
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("report", type=pathlib.Path)
@@ -240,7 +245,7 @@ def main():
         page = context.new_page()
         # Drawing in software on a busy machine takes its time.
         page.set_default_timeout(120_000)
-        page.on("console", lambda message: messages.append(f"{message.type}: {message.text}"))
+        page.on("console", lambda message: is_of_page(message.text) and messages.append(f"{message.type}: {message.text}"))
         page.on("pageerror", lambda error: messages.append(f"error: {error}"))
         page.on("request", lambda request: requests.append(request.url))
         page.goto(url)

@@ -122,7 +122,7 @@ mod tests {
         ]));
         assert_eq!(
             told.as_deref(),
-            Some("2.0 h: train a-0 2.0 h, evaluate 3.0 min")
+            Some("2.1 h: train a-0 2.0 h, evaluate 3.0 min")
         );
         assert_eq!(
             [time_text(&json!([])), time_text(&json!(null))],
