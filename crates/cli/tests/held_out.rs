@@ -407,11 +407,11 @@ fn a_damaged_file_of_the_run_is_named_with_the_place_of_the_damage() {
         (&whole[..whole.len() / 2], "the file ends too early"),
         (b"", "line 1, column 0: the file ends too early"),
         (
-            b"{\n  \"format_version\": 2,\n  seed",
+            b"{\n  \"format_version\": 3,\n  seed",
             "line 3, column 3: this is not JSON",
         ),
         (
-            b"{\"format_version\": 2}",
+            b"{\"format_version\": 3}",
             "a value is missing, or is of another kind than expected",
         ),
         (

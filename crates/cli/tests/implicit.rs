@@ -65,10 +65,10 @@ fn a_run_is_the_same_for_any_threads_and_after_an_interruption() {
         "one",
         &["--jobs", "1"],
         0,
-        "warning: open, step-parts, seed 0: the surface is not closed",
+        "warning: parts__open, step-parts, seed 0: the surface is not closed",
     );
     assert!(
-        told.contains("2 of 3 shapes, 2 seeds") && told.contains("- open: "),
+        told.contains("2 of 3 shapes, 2 seeds") && told.contains("- parts__open: "),
         "{told}"
     );
     run(corpus.path(), "three", &["--jobs", "3"], 0, "");
@@ -79,8 +79,8 @@ fn a_run_is_the_same_for_any_threads_and_after_an_interruption() {
         "tables.json",
         "tables.csv",
         "report.html",
-        "fits/block/control-1.json",
-        "meshes/block/ward-20-0.ply",
+        "fits/parts__block/control-1.json",
+        "meshes/parts__block/ward-20-0.ply",
         "pictures/chamfered/step-parts.png",
     ] {
         assert!(expected.contains_key(Path::new(file)), "{file}");
@@ -89,16 +89,16 @@ fn a_run_is_the_same_for_any_threads_and_after_an_interruption() {
 
     for file in [
         "tables.md",
-        "fits/block/control-1.json",
+        "fits/parts__block/control-1.json",
         "fits/chamfered/step-parts-0.json",
-        "meshes/block/ward-20-0.ply",
+        "meshes/parts__block/ward-20-0.ply",
     ] {
         fs::remove_file(three.join(file)).unwrap();
     }
     run(corpus.path(), "three", &["--resume"], 0, "");
     let mut resumed = results(&three);
     // Its fit was finished, so its mesh is not made again.
-    let mesh = Path::new("meshes/block/ward-20-0.ply").to_owned();
+    let mesh = Path::new("meshes/parts__block/ward-20-0.ply").to_owned();
     resumed.insert(mesh.clone(), expected[&mesh].clone());
     assert_eq!(expected, resumed);
 }

@@ -247,7 +247,7 @@ supervision = ["step-parts"]
 train_tokens = 96
 test_tokens = 128
 [train]
-steps = 60
+steps = 90
 batch_shapes = 2
 valid_every = 0
 [eval]

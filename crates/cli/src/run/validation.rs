@@ -9,6 +9,10 @@ use partprobe_eval::{METRICS, Metric};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
+/// Means are rounded to twelve decimals. A longer number may change its last digit when it is read from the history of a training that
+/// is resumed.
+const DECIMALS: f64 = 1e12;
+
 /// The scores of one validation, means over its shapes. Clusters are those of the first clusterer with oracle K.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub(super) struct Validation {
@@ -45,7 +49,8 @@ fn mean_of(shapes: &[BTreeMap<Metric, f64>], metric: &Metric) -> Option<f64> {
     if values.is_empty() {
         return None;
     }
-    Some(values.iter().sum::<f64>() / values.len() as f64)
+    let mean = values.iter().sum::<f64>() / values.len() as f64;
+    Some((mean * DECIMALS).round() / DECIMALS)
 }
 
 /// Every validation so far, in the order of the steps.

@@ -114,7 +114,7 @@ impl Tables {
     }
 
     fn dose_point(&self, row: &TableRow, dose: f64) -> Option<DosePoint> {
-        let difference = self.from_undamaged(row)?;
+        let difference = self.difference_from_undamaged(row)?;
         let found = difference.differences.get(&MIOU)?;
         // The row of the table is the undamaged source minus the damaged one.
         Some(DosePoint {
@@ -126,7 +126,7 @@ impl Tables {
         })
     }
 
-    fn from_undamaged(&self, row: &TableRow) -> Option<&DifferenceRow> {
+    fn difference_from_undamaged(&self, row: &TableRow) -> Option<&DifferenceRow> {
         self.differences.iter().find(|difference| {
             difference.reference == row.reference
                 && difference.clusterer == row.clusterer

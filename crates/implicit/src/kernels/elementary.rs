@@ -10,7 +10,7 @@ const ROUND: f32 = 12_582_912.0;
 #[inline(always)]
 pub(crate) fn sine_and_cosine(x: f32) -> [f32; 2] {
     /// π/2 in three pieces, the first two exact in few bits.
-    const HALF_PI: [f32; 3] = [1.570_312_5, 4.837_512_9e-4, 7.549_789_5e-8];
+    const HALF_PI: [f32; 3] = [1.570_312_5, 4.837_513e-4, 7.549_789_5e-8];
     let shifted = x.mul_add(std::f32::consts::FRAC_2_PI, ROUND);
     let n = shifted - ROUND;
     let r = n.mul_add(-HALF_PI[0], x);
@@ -22,7 +22,7 @@ pub(crate) fn sine_and_cosine(x: f32) -> [f32; 2] {
     let s = s.mul_add(rr, 8.333_333e-3);
     let s = s.mul_add(rr, -1.666_666_7e-1);
     let sine = (s * rr).mul_add(r, r);
-    let c = rr.mul_add(-2.755_731_9e-7, 2.480_158_7e-5);
+    let c = rr.mul_add(-2.755_732e-7, 2.480_158_7e-5);
     let c = c.mul_add(rr, -1.388_888_9e-3);
     let c = c.mul_add(rr, 4.166_666_8e-2);
     let c = c.mul_add(rr, -0.5);

@@ -8,6 +8,7 @@ pub(super) use faces::{FaceSource, face_members};
 
 use super::collisions::Collisions;
 use super::folder::RunFolder;
+use super::footer::{Normals, footer};
 use super::results::{checked_expectations, table_settings, training_figures};
 use super::split_file::SplitFile;
 use crate::config::{Config, load};
@@ -66,15 +67,15 @@ pub(crate) fn page_of_folder(root: &Path, data: Option<&Path>) -> Result<String>
     let folder = RunFolder::existing(root)?;
     let config_file = folder.path("config.toml").to_string_lossy().into_owned();
     let config = load(&config_file, &[])?.config;
-    // The page lists the settings of the run itself, so its tables need no sentences on them.
-    let tables = tables(&scored.rows, &table_settings(&config, Vec::new())?);
+    // The page of a run of an earlier version does not say which shapes were left out, rather than not be made.
+    let split = SplitFile::read(&folder, &config).ok().flatten();
+    let footer = split.as_ref().map_or_else(Vec::new, |split| {
+        footer(&config, &split.data_hash(), Normals::OfConfig)
+    });
+    let tables = tables(&scored.rows, &table_settings(&config, footer)?);
     let figures = training_figures(&folder, &config)?;
     let outcomes = checked_expectations(&config)?.evaluate(&tables, &figures)?;
-    // The page of a run of an earlier version does not say which shapes were left out, rather than not be made.
-    let summary = match SplitFile::read(&folder, &config) {
-        Ok(Some(split)) => split.selection.to_string(),
-        Ok(None) | Err(_) => String::new(),
-    };
+    let summary = split.map_or_else(String::new, |split| split.selection.to_string());
     let scores = PageScores {
         tables: &tables,
         rows: &scored.rows,
