@@ -33,7 +33,8 @@ impl Cell {
     pub(crate) fn number(value: Option<f64>, text: &str) -> Self {
         Self {
             html: escaped(text),
-            key: value.map(|value| format!("{value}")),
+            // A page that is made again from a file of scores may differ in their last digits, which nobody sorts by.
+            key: value.map(|value| format!("{}", (value * 1e9).round() / 1e9)),
             bar: None,
             is_number: true,
         }
