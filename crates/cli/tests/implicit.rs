@@ -81,7 +81,7 @@ fn a_run_is_the_same_for_any_threads_and_after_an_interruption() {
         "report.html",
         "fits/parts__block/control-1.json",
         "meshes/parts__block/ward-20-0.ply",
-        "pictures/chamfered/step-parts.png",
+        "pictures/parts__chamfered/step-parts.png",
     ] {
         assert!(expected.contains_key(Path::new(file)), "{file}");
     }
