@@ -130,10 +130,10 @@ impl SortableTable {
         let Self { id, caption, .. } = self;
         let mut html = String::new();
         if let Some(what) = &self.filter {
-            let _ = write!(
+            let _ = writeln!(
                 html,
                 "<p class=\"filter\"><label>Filter <input type=\"search\" data-filters=\"{id}\" placeholder=\"{}\"></label> \
-                 <output data-counts=\"{id}\">{} rows</output></p>\n",
+                 <output data-counts=\"{id}\">{} rows</output></p>",
                 escaped(what),
                 self.n_rows
             );

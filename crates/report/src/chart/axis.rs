@@ -122,7 +122,7 @@ pub(crate) fn tick_text(tick: f64, ticks: &[f64]) -> String {
     let largest = ticks
         .iter()
         .fold(0.0, |largest: f64, tick| largest.max(tick.abs()));
-    if largest > 0.0 && (largest < 5e-3 || largest >= 1e6) {
+    if largest > 0.0 && !(5e-3..1e6).contains(&largest) {
         let text = format!("{:.1e}", tick);
         return text.replace(".0e", "e").replace("0e0", "0");
     }
@@ -147,7 +147,7 @@ fn grouped(digits: &str) -> String {
     }
     let mut text = String::new();
     for (idx, digit) in digits.chars().enumerate() {
-        if idx > 0 && (digits.len() - idx) % 3 == 0 {
+        if idx > 0 && (digits.len() - idx).is_multiple_of(3) {
             text.push('\u{2009}');
         }
         text.push(digit);

@@ -64,9 +64,9 @@ impl Bars {
             }
         }
         svg.push_str(&self.mark_svg(&x, &y));
-        let _ = write!(
+        let _ = writeln!(
             svg,
-            "<path class=\"axis\" d=\"M{LEFT} {0:.1}H{1:.1}\"/><text x=\"{2:.1}\" y=\"{3:.1}\" class=\"mid label\">{4}</text></svg>\n",
+            "<path class=\"axis\" d=\"M{LEFT} {0:.1}H{1:.1}\"/><text x=\"{2:.1}\" y=\"{3:.1}\" class=\"mid label\">{4}</text></svg>",
             HEIGHT - BOTTOM,
             WIDTH - RIGHT,
             0.5 * (LEFT + WIDTH - RIGHT),

@@ -76,9 +76,9 @@ impl LineChart {
         for line in &self.lines {
             svg.push_str(&line.to_svg(&x, &y));
         }
-        let _ = write!(
+        let _ = writeln!(
             svg,
-            "<path class=\"cross\" d=\"M0 {TOP}V{:.1}\" visibility=\"hidden\"/></svg>\n",
+            "<path class=\"cross\" d=\"M0 {TOP}V{:.1}\" visibility=\"hidden\"/></svg>",
             HEIGHT - BOTTOM
         );
         svg

@@ -53,9 +53,9 @@ pub(crate) fn interval_rows(rows: &[IntervalRow], label: &str) -> String {
     for (idx, row) in rows.iter().enumerate() {
         svg.push_str(&row_svg(row, &axis, 8.0 + ROW * (idx as f64 + 0.5)));
     }
-    let _ = write!(
+    let _ = writeln!(
         svg,
-        "<text x=\"{:.1}\" y=\"{:.1}\" class=\"mid label\">{}</text></svg>\n",
+        "<text x=\"{:.1}\" y=\"{:.1}\" class=\"mid label\">{}</text></svg>",
         0.5 * (axis.from + axis.to),
         bottom + 34.0,
         escaped(label)

@@ -181,7 +181,7 @@ impl SplitShapes {
         let mut left_out: BTreeMap<String, Vec<String>> = BTreeMap::new();
         for (shape, look) in shapes.iter().zip(looks) {
             match look {
-                Ok(Look::Candidate(candidate)) => candidates.push(candidate),
+                Ok(Look::Candidate(candidate)) => candidates.push(*candidate),
                 Ok(Look::LeftOut(reason)) => {
                     left_out.entry(reason).or_default().push(shape.id.clone())
                 }
@@ -243,7 +243,7 @@ impl SplitShapes {
 
 /// What a first look at a carrier says.
 enum Look {
-    Candidate(SplitCandidate),
+    Candidate(Box<SplitCandidate>),
     LeftOut(String),
 }
 
@@ -256,13 +256,13 @@ impl Look {
         if let Some(most) = args.max_parts.filter(|&most| most < n_parts) {
             return Self::LeftOut(format!("more than {most} parts"));
         }
-        Self::Candidate(SplitCandidate {
+        Self::Candidate(Box::new(SplitCandidate {
             id: shape.id.clone(),
             collection: shape.source.clone(),
             n_parts,
             signature: signature_of_carrier(carrier),
             descriptor: Descriptor::of(carrier.mesh()),
-        })
+        }))
     }
 }
 
