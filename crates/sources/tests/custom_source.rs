@@ -114,6 +114,6 @@ fn a_factory_of_ones_own_stands_beside_the_built_in_ones() {
             .err()
             .unwrap()
             .to_string()
-            .contains("steep-<PERCENT>")
+            .ends_with("steep-<PERCENT>")
     );
 }

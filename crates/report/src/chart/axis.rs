@@ -103,11 +103,19 @@ pub(crate) fn nice_ticks(low: f64, high: f64, n: usize) -> Vec<f64> {
     }
     let raw = span / n.max(1) as f64;
     let power = 10f64.powf(raw.log10().floor());
-    let step = [1.0, 2.0, 5.0, 10.0]
-        .into_iter()
-        .map(|factor| factor * power)
-        .find(|step| *step >= 0.999 * raw)
-        .unwrap_or(10.0 * power);
+    let steps = [0.5, 1.0, 2.0, 5.0, 10.0].map(|factor| factor * power);
+    let coarsest = steps.iter().position(|step| *step >= 0.999 * raw);
+    // No multiple of a step that is longer than the span needs to lie inside; then the next shorter one is taken.
+    steps[..=coarsest.unwrap_or(steps.len() - 1)]
+        .iter()
+        .rev()
+        .map(|&step| multiples(step, low, high))
+        .find(|ticks| !ticks.is_empty())
+        .unwrap_or_default()
+}
+
+/// The multiples of a step from `low` to `high`.
+fn multiples(step: f64, low: f64, high: f64) -> Vec<f64> {
     let first = (low / step - 1e-9).ceil() as i64;
     let last = (high / step + 1e-9).floor() as i64;
     (first..=last).map(|tick| tick as f64 * step).collect()
@@ -165,6 +173,11 @@ mod tests {
         let ticks = nice_ticks(low, high, 5);
         let texts: Vec<String> = ticks.iter().map(|&tick| tick_text(tick, &ticks)).collect();
         assert_eq!(texts, expected);
+    }
+
+    #[test]
+    fn a_span_without_a_coarse_multiple_has_finer_ticks() {
+        assert_eq!(nice_ticks(512_261.0, 936_118.0, 2), [600_000.0, 800_000.0]);
     }
 
     #[test]
