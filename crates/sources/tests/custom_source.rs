@@ -109,11 +109,7 @@ fn a_factory_of_ones_own_stands_beside_the_built_in_ones() {
             max: 100
         }
     );
-    assert!(
-        named("sleep")
-            .err()
-            .unwrap()
-            .to_string()
-            .ends_with("steep-<PERCENT>")
-    );
+    assert!(named("sleep").err().unwrap().to_string().ends_with(
+        "steep-<PERCENT>, step-merged-to-<SOURCE>, step-split-to-<SOURCE>, capped-<SOURCE>"
+    ));
 }
