@@ -151,7 +151,7 @@ studies:
 
 # Measure a table of README or docs/ again and write it into its page: just study NAME [DATA...] (docs/studies.toml lists them)
 study name *data:
-    cargo build --release
+    PARTPROBE_COMMIT="$(git rev-parse --short=12 HEAD)" cargo build --release
     python3 tools/docs/studies.py run {{name}} {{data}} --partprobe "{{program}}"
 
 # Whether everything on the page of a run works, in headless Chromium: just check-report RUN (needs chromium; installs playwright)

@@ -11,7 +11,7 @@ use crate::shape_loop::for_each_measured;
 use crate::usage::UsageError;
 use anyhow::{Result, ensure};
 use partprobe_carrier::{Carrier, signature_of_carrier};
-use partprobe_eval::{DistinctShapes, seeded_rank};
+use partprobe_eval::{DistinctShapes, Duplicate, seeded_rank};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
@@ -144,7 +144,7 @@ impl ChoiceArgs {
                 if chosen.shapes.len() == n_most {
                     chosen.leave_out("beyond --shapes", 1);
                 } else if is_twin {
-                    chosen.leave_out("the same shape as another", 1);
+                    chosen.leave_out(Duplicate::REASON, 1);
                 } else {
                     chosen.shapes.push(shape);
                 }

@@ -10,6 +10,7 @@ use crate::bootstrap::{Bootstrap, GroupSum, Interval, drawn_index, quantile};
 use partprobe_carrier::Rng;
 use serde::Serialize;
 use std::borrow::Cow;
+use std::collections::BTreeMap;
 
 /// A mean paired difference, and how far it may be due to chance.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -32,6 +33,22 @@ pub struct Difference {
 
 /// The differences of one group of related shapes: their sum and number, by seed.
 pub(crate) type GroupOfSeeds = Vec<GroupSum>;
+
+/// Sums differences of shapes by group of related shapes and by seed. Each difference comes with its group and the position of its seed.
+pub(crate) fn by_group_and_seed<'a>(
+    n_seeds: usize,
+    differences: impl Iterator<Item = (&'a str, usize, f64)>,
+) -> Vec<GroupOfSeeds> {
+    let mut groups: BTreeMap<&str, GroupOfSeeds> = BTreeMap::new();
+    for (group, seed, difference) in differences {
+        let of_seeds = groups
+            .entry(group)
+            .or_insert_with(|| vec![GroupSum::default(); n_seeds]);
+        of_seeds[seed].sum += difference;
+        of_seeds[seed].n += 1;
+    }
+    groups.into_values().collect()
+}
 
 /// The test of a mean difference. Returns `None` without any difference.
 ///

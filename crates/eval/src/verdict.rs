@@ -4,10 +4,10 @@
 //! than chance in a single test may be chance if one looks three times, so the first looks ask for more: their limits are
 //! those of O'Brien and Fleming (1979, "A multiple testing procedure for clinical trials") for an error of 5 % in total.
 
-use crate::bootstrap::{Bootstrap, GroupSum};
+use crate::bootstrap::Bootstrap;
 use crate::k_bin::KBin;
 use crate::metric::Metric;
-use crate::paired::{Difference, GroupOfSeeds, paired_difference};
+use crate::paired::{Difference, GroupOfSeeds, by_group_and_seed, paired_difference};
 use crate::score_row::ScoreRow;
 use partprobe_carrier::keyed_rng;
 use serde::Serialize;
@@ -207,20 +207,15 @@ impl<'a> Values<'a> {
         self.of_shape.len()
     }
 
-    fn groups(&self) -> Vec<GroupOfSeeds> {
-        let mut groups: BTreeMap<&str, GroupOfSeeds> = BTreeMap::new();
-        for shape in self.of_shape.values() {
-            let group = groups
-                .entry(shape.group)
-                .or_insert_with(|| vec![GroupSum::default(); self.seeds.len()]);
-            for (position, seed) in self.seeds.iter().enumerate() {
-                if let Some(value) = shape.of_seed.get(seed) {
-                    group[position].sum += value;
-                    group[position].n += 1;
-                }
-            }
-        }
-        groups.into_values().collect()
+    fn groups(&'a self) -> Vec<GroupOfSeeds> {
+        let of_shape = |shape: &'a ShapeValues<'a>| {
+            let of_seed = |(position, seed)| {
+                let difference = shape.of_seed.get(seed)?;
+                Some((shape.group, position, *difference))
+            };
+            self.seeds.iter().enumerate().filter_map(of_seed)
+        };
+        by_group_and_seed(self.seeds.len(), self.of_shape.values().flat_map(of_shape))
     }
 }
 

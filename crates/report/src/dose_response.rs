@@ -2,7 +2,6 @@
 
 use crate::chart::{Line, LineChart, figure};
 use crate::html::{escaped, section};
-use crate::interval::MeanInterval;
 use crate::names::Names;
 use crate::shape_scores::{MainTable, mean_of};
 use partprobe_eval::{MIOU, ScoreRow, Tables, labels_row};
@@ -63,15 +62,28 @@ const KINDS: [Kind; 5] = [
     },
 ];
 
-/// A dose, and the mean score of the backbones that were trained on it.
-type Dose = (f64, MeanInterval);
+/// The mean score of the backbones that were trained on a dose, with the ends of its interval.
+#[derive(Clone, Copy, Debug)]
+struct DoseScore {
+    mean: f64,
+    interval: Option<[f64; 2]>,
+}
+
+/// A dose, and its score.
+type Dose = (f64, DoseScore);
 
 /// The section with one chart per kind of damage; empty unless a kind has two doses.
 pub(crate) fn dose_response(tables: &Tables, rows: &[ScoreRow], names: &Names<'_>) -> String {
     let Some(main) = MainTable::of(tables) else {
         return String::new();
     };
-    let score = |name: &str| mean_of(&main.scores(rows, name, MIOU));
+    let score = |name: &str| {
+        let found = mean_of(&main.scores(rows, name, MIOU))?;
+        Some(DoseScore {
+            mean: found.mean,
+            interval: found.interval.map(|interval| [interval.low, interval.high]),
+        })
+    };
     let mut kinds: BTreeMap<usize, (Vec<Dose>, Vec<Dose>)> = BTreeMap::new();
     let mut others = Vec::new();
     for name in main
@@ -95,7 +107,7 @@ pub(crate) fn dose_response(tables: &Tables, rows: &[ScoreRow], names: &Names<'_
             && let Some(mean) = score(UNDAMAGED)
         {
             trained.push((0.0, mean));
-            let perfect = MeanInterval {
+            let perfect = DoseScore {
                 mean: 1.0,
                 interval: None,
             };
@@ -232,7 +244,7 @@ mod tests {
         let curve = [(0.0, 0.9), (20.0, 0.5), (40.0, 0.7)].map(|(dose, mean)| {
             (
                 dose,
-                MeanInterval {
+                DoseScore {
                     mean,
                     interval: None,
                 },

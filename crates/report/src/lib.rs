@@ -36,7 +36,6 @@ mod embedded_points;
 mod facts;
 mod gallery;
 mod html;
-mod interval;
 mod kept_points;
 mod log_series;
 mod lost_parts;

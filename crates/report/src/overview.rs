@@ -89,7 +89,7 @@ pub(crate) fn means(tables: &Tables, rows: &[ScoreRow], names: &Names<'_>) -> St
         Some(IntervalRow {
             name: name.to_owned(),
             mean: found.mean,
-            interval: found.interval,
+            interval: found.interval.map(|interval| [interval.low, interval.high]),
             values: means_of_seeds(rows, main, name),
             color: names.is_trained(name).then(|| names.color(name)),
         })

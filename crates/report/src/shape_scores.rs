@@ -1,9 +1,8 @@
 //! Averages the score of each shape over the seeds, and lists all shapes with their scores.
 
 use crate::html::{id_html, section};
-use crate::interval::{MeanInterval, mean_interval};
 use crate::sortable_table::{Cell, SortableTable};
-use partprobe_eval::{KBin, Metric, ScoreRow, Tables};
+use partprobe_eval::{Bootstrap, KBin, Metric, ScoreRow, Statistic, Tables, statistic};
 use std::collections::BTreeMap;
 
 /// A shape under one row of the tables.
@@ -72,10 +71,17 @@ impl<'a> MainTable<'a> {
     }
 }
 
+/// How the intervals of means are drawn.
+const BOOTSTRAP: Bootstrap = Bootstrap {
+    draws: 1000,
+    seed: 0,
+    least_groups: Bootstrap::LEAST_GROUPS,
+};
+
 /// The mean over the shapes that count in the tables, with its interval.
-pub(crate) fn mean_of(scores: &[ShapeScore<'_>]) -> Option<MeanInterval> {
+pub(crate) fn mean_of(scores: &[ShapeScore<'_>]) -> Option<Statistic> {
     let counting = scores.iter().filter(|score| KBin::of(score.k).is_in_mean());
-    mean_interval(counting.map(|score| (score.group, score.score)))
+    statistic(counting.map(|score| (score.group, score.score)), BOOTSTRAP)
 }
 
 /// The section with a table of all shapes; empty without scores.

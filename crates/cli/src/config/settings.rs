@@ -8,6 +8,7 @@ use super::training_tables::{
 use super::{ClustererName, MetricName, SourceTable};
 use anyhow::{Context, Result, ensure};
 use partprobe_cluster::{ClustererFactory, ClustererSettings};
+use partprobe_eval::Bootstrap;
 use partprobe_label::{Kernel, Unit};
 use partprobe_sources::face_source_named;
 use partprobe_truck::TruckError;
@@ -282,6 +283,15 @@ impl EvalConfig {
             restarts: self.restarts,
             max_iterations: self.max_iterations,
             tolerance: self.tolerance,
+        }
+    }
+
+    /// How the intervals of a run are drawn.
+    pub(crate) fn bootstrap(&self) -> Bootstrap {
+        Bootstrap {
+            draws: self.bootstrap,
+            seed: self.seed,
+            least_groups: Bootstrap::LEAST_GROUPS,
         }
     }
 }

@@ -8,13 +8,9 @@ use super::shapes::{Selection, Shape, ShapeLoader, ShapeRefusal};
 use crate::progress::Progress;
 use anyhow::{Result, bail};
 use partprobe_dataset::IndexEntry;
-use partprobe_eval::{DistinctShapes, seeded_rank};
+use partprobe_eval::{DistinctShapes, Duplicate, seeded_rank};
 use rayon::prelude::*;
 
-/// Why a shape that equals another does not take part.
-pub(crate) const DUPLICATE: &str = "the same shape as another";
-/// Why a shape does not take part that is nearly equal to a held-out one.
-pub(crate) const NEARLY_EQUAL: &str = "nearly equal to a held-out shape";
 /// Why a shape does not take part that the manifest does not name.
 pub(crate) const NOT_IN_MANIFEST: &str = "not in split.manifest";
 /// Why a shape does not take part that comes after enough others.
@@ -104,7 +100,7 @@ fn choose_first(
                         .add(&shape.id, &shape.candidate.signature)
                         .is_some() =>
                 {
-                    choice.selection.leave_out(DUPLICATE, &entry.id);
+                    choice.selection.leave_out(Duplicate::REASON, &entry.id);
                 }
                 Some(Ok(shape)) => choice.shapes.push(shape),
             }

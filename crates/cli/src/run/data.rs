@@ -1,7 +1,7 @@
 //! Prepares the data of a run: its shapes are chosen, sampled, labeled and split, or loaded again by the split that is
 //! there.
 
-use super::choice::{Choice, DUPLICATE, NEARLY_EQUAL, NOT_IN_MANIFEST, choose};
+use super::choice::{Choice, NOT_IN_MANIFEST, choose};
 use super::collisions::{Collisions, SplitCollisions};
 use super::execution::Execution;
 use super::folder::RunFolder;
@@ -16,7 +16,9 @@ use crate::usage::UsageError;
 use anyhow::{Context, Result, ensure};
 use partprobe_carrier::hexadecimal;
 use partprobe_dataset::Dataset;
-use partprobe_eval::{Split, SplitFractions, SplitRule, split, split_by_manifest};
+use partprobe_eval::{
+    Duplicate, NearShape, Split, SplitFractions, SplitRule, split, split_by_manifest,
+};
 use partprobe_net::{TokenConfig, TrainShape};
 use sha2::{Digest, Sha256};
 use std::borrow::Cow;
@@ -46,12 +48,8 @@ impl RunData {
     }
 
     /// The shapes that are scored.
-    pub(crate) fn test(&self) -> Result<TestShapes<'_>> {
-        let shapes = self.shapes_of(&self.split().test)?;
-        Ok(TestShapes {
-            shapes,
-            n_train: self.split().train.len(),
-        })
+    pub(crate) fn test(&self) -> Result<Vec<&Shape>> {
+        self.shapes_of(&self.split().test)
     }
 
     pub(super) fn collisions(&self, config: &Config) -> Result<Collisions> {
@@ -113,13 +111,6 @@ impl RunData {
             digest,
         })
     }
-}
-
-/// The shapes that are scored.
-pub(crate) struct TestShapes<'a> {
-    pub(crate) shapes: Vec<&'a Shape>,
-    /// How many shapes the run trains on.
-    pub(crate) n_train: usize,
 }
 
 /// Samples and labels the points of the run's split, which is made and written if there is none yet.
@@ -227,10 +218,10 @@ fn split_anew(
         }
     };
     for duplicate in &split.duplicates {
-        selection.leave_out(DUPLICATE, &duplicate.id);
+        selection.leave_out(Duplicate::REASON, &duplicate.id);
     }
     for near in &split.near {
-        selection.leave_out(NEARLY_EQUAL, &near.id);
+        selection.leave_out(NearShape::REASON, &near.id);
     }
     ensure!(
         !split.train.is_empty(),

@@ -1,9 +1,11 @@
 //! Says below every table by which settings it was made, and what a reader must know of a score.
 
-use super::host::commit_of;
 use crate::config::{Config, LabelConfig, NormalConfig};
 use partprobe_net::Voxels;
-use std::path::Path;
+
+/// The commit that the program was built from, if whoever built it said so. (That of the folder in which it runs may be of any project, and
+/// would make the tables depend on the folder.)
+const COMMIT: Option<&str> = option_env!("PARTPROBE_COMMIT");
 
 /// The sentences of a run's tables; `data_hash` names the shapes. Without normals, those of the config were taken away.
 pub(super) fn footer(config: &Config, data_hash: &str, normals: Normals) -> Vec<String> {
@@ -58,12 +60,9 @@ fn settings(config: &Config, data_hash: &str, normals: Normals) -> String {
         config.eval.restarts,
         config.eval.seed,
         seeds.join(", "),
-        commit().unwrap_or_else(|| format!("unknown (version {})", env!("CARGO_PKG_VERSION"))),
+        COMMIT.map_or_else(
+            || format!("unknown (version {})", env!("CARGO_PKG_VERSION")),
+            str::to_owned
+        ),
     )
-}
-
-/// The commit of the folder that the program runs in, in twelve digits.
-fn commit() -> Option<String> {
-    let commit = commit_of(Path::new("."))?;
-    Some(commit.chars().take(12).collect())
 }

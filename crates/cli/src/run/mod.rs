@@ -39,7 +39,7 @@ mod validation;
 mod verdict;
 mod weights;
 
-pub(crate) use choice::{NEARLY_EQUAL, choose};
+pub(crate) use choice::choose;
 pub(crate) use data_path::{remember_data, remembered_data};
 pub(crate) use data_settings::{ensure_settings_of, settings_of, with_data};
 pub(crate) use evaluation::{embedding_members, npz_bytes};

@@ -14,7 +14,7 @@ use crate::usage::UsageError;
 use anyhow::{Result, ensure};
 use partprobe_carrier::STEP_PARTS;
 use partprobe_eval::{
-    Bootstrap, Endpoint, ExpectationOutcome, Expectations, MIOU, ScoreRow, TableSettings, Tables,
+    Endpoint, ExpectationOutcome, Expectations, MIOU, ScoreRow, TableSettings, Tables,
     TrainingFigures, tables,
 };
 use std::process::ExitCode;
@@ -154,11 +154,7 @@ pub(crate) fn table_settings(config: &Config, footer: Vec<String>) -> Result<Tab
         bin_reference: config.references()[0].clone(),
         clusterer: config.eval.clusterers[0].name().to_owned(),
         compared,
-        bootstrap: Bootstrap {
-            draws: config.eval.bootstrap,
-            seed: config.eval.seed,
-            least_groups: Bootstrap::LEAST_GROUPS,
-        },
+        bootstrap: config.eval.bootstrap(),
         footer,
     })
 }

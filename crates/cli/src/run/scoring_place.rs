@@ -17,7 +17,7 @@ pub(super) struct ScoringPlace<'a> {
     pub(super) config: &'a Config,
     /// The label sources that are scored against, each of which has labeled all shapes.
     pub(super) references: Vec<String>,
-    pub(super) boundaries: Boundaries,
+    pub(super) boundaries: &'a Boundaries,
     /// The folder that predictions are written to, or `None` if scores are all that is kept.
     pub(super) folder: Option<&'a RunFolder>,
 }
@@ -61,7 +61,7 @@ impl ScoringPlace<'_> {
 }
 
 /// Which points of each shape are near a boundary of each reference.
-pub(super) struct Boundaries(BTreeMap<(String, String), Vec<bool>>);
+pub(crate) struct Boundaries(BTreeMap<(String, String), Vec<bool>>);
 
 impl Boundaries {
     /// The points near a boundary, by shape and reference.

@@ -8,7 +8,7 @@ use super::stages::Run;
 use crate::config::Config;
 use crate::source_rows::pair_rows;
 use anyhow::Result;
-use partprobe_eval::{Bootstrap, CardRow, CardTables, PairRow, card_tables};
+use partprobe_eval::{CardRow, CardTables, PairRow, card_tables};
 use rayon::prelude::*;
 
 /// The files' names in the run folder.
@@ -62,17 +62,12 @@ fn card_of(shapes: &[&Shape], config: &Config) -> CardTables {
         })
         .collect();
     let (rows, pairs): (Vec<Vec<CardRow>>, Vec<Vec<PairRow>>) = measured.into_iter().unzip();
-    let bootstrap = Bootstrap {
-        draws: config.eval.bootstrap,
-        seed: config.eval.seed,
-        least_groups: Bootstrap::LEAST_GROUPS,
-    };
     card_tables(
         rows.concat(),
         pairs.concat(),
         Vec::new(),
         &sources,
         N_MOST,
-        bootstrap,
+        config.eval.bootstrap(),
     )
 }

@@ -2,7 +2,7 @@
 
 use super::bounds::bounds;
 use super::collisions::Collisions;
-use super::data::{RunData, TestShapes, prepare, prepare_test};
+use super::data::{RunData, prepare, prepare_test};
 use super::evaluation::{
     Embedder, NO_NETWORK, RANDOM_FOURIER, ScoredModel, UNTRAINED, evaluate, write_test_shapes,
 };
@@ -123,30 +123,33 @@ impl<'a> Run<'a> {
     /// # Errors
     /// If a backbone has seen a held-out shape, or is not of this run; what a former evaluation wrote then stays.
     pub(crate) fn evaluate(&self) -> Result<Vec<ScoreRow>> {
-        let TestShapes {
-            shapes: test,
-            n_train,
-        } = self.data.test()?;
-        let held_out = HeldOut {
-            folder: self.folder,
-            config: self.config,
-            n_train,
-            test: &test,
-            backend: self.execution.backend,
-        };
+        let test = self.data.test()?;
+        let held_out = self.held_out(&test);
         // Before anything is written, all of them are looked at.
         let trained = self.trained_models(&held_out)?;
 
         self.folder.forget_evaluation()?;
         write_test_shapes(self.folder, &test, &self.config.references())?;
 
+        let references = self.config.references();
         let place = ScoringPlace {
             config: self.config,
-            references: self.config.references(),
-            boundaries: Boundaries::of_shapes(&test, &self.config.references())?,
+            boundaries: &Boundaries::of_shapes(&test, &references)?,
+            references,
             folder: Some(self.folder),
         };
         self.scored(&place, &held_out, &trained, &test)
+    }
+
+    /// What is held against a backbone that is scored on these shapes.
+    pub(super) fn held_out<'b>(&'b self, test: &'b [&'b Shape]) -> HeldOut<'b> {
+        HeldOut {
+            folder: self.folder,
+            config: self.config,
+            n_train: self.data.split().train.len(),
+            test,
+            backend: self.execution.backend,
+        }
     }
 
     /// The rows of all backbones, of the untrained ones, and of what needs no network.

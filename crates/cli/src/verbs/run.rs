@@ -173,11 +173,24 @@ fn labeled_data(
     } else {
         given.to_vec()
     };
+    labeled_into(&out, &paths, config, execution)
+}
+
+/// Labels files into a folder. What an interrupted call has labeled there stays.
+///
+/// # Errors
+/// If the files cannot be labeled, or the folder has a data set of other files.
+pub(super) fn labeled_into(
+    out: &Path,
+    paths: &[PathBuf],
+    config: &Config,
+    execution: &Execution,
+) -> Result<Dataset> {
     // An interrupted run is resumed with the data that it began with.
-    let job = LabelJob::in_folder(&paths, &out, config, execution.threads).resuming();
+    let job = LabelJob::in_folder(paths, out, config, execution.threads).resuming();
     let summary = label_paths(&job, &execution.interrupt)?;
     execution.progress.note(&summary.to_string());
-    Ok(Dataset::open(&out)?)
+    Ok(Dataset::open(out)?)
 }
 
 /// The trainings in their order: seed by seed, supervision by supervision.

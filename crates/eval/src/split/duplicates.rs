@@ -14,6 +14,11 @@ pub struct Duplicate {
     pub of: String,
 }
 
+impl Duplicate {
+    /// Why the shape is left out, as programs say it.
+    pub const REASON: &str = "the same shape as another";
+}
+
 /// Tells shapes that are new from those that equal an earlier one.
 #[derive(Clone, Debug, Default)]
 pub struct DistinctShapes {

@@ -169,9 +169,11 @@ pub fn split_by_manifest(shapes: &[(ShapeKey, SplitCandidate)], manifest: &Manif
     let candidates: Vec<&SplitCandidate> = named_shapes.iter().map(|&(_, shape)| shape).collect();
     let (kept, duplicates) = without_duplicates(&candidates);
 
+    // Those that are kept are in the order of all.
+    let mut kept = kept.into_iter().peekable();
     let mut sides: [Vec<&SplitCandidate>; 3] = Default::default();
     for (side, shape) in named_shapes {
-        if kept.iter().any(|other| other.id == shape.id) {
+        if kept.next_if(|next| next.id == shape.id).is_some() {
             sides[side.index()].push(shape);
         }
     }

@@ -14,6 +14,11 @@ pub struct NearShape {
     pub difference: f64,
 }
 
+impl NearShape {
+    /// Why a shape is left out that is like a held-out one, as programs say it.
+    pub const REASON: &str = "nearly equal to a held-out shape";
+}
+
 /// The candidate that is most like a shape, and how far they differ. Returns `None` if the shape has no descriptor, or none of
 /// the candidates has one.
 pub(super) fn nearest<'a>(

@@ -2,10 +2,10 @@
 
 use super::shape_means::{ShapeMean, Shapes, metrics_of};
 use super::{Endpoint, TableSettings};
-use crate::bootstrap::{GroupSum, effective_groups};
+use crate::bootstrap::effective_groups;
 use crate::metric::Metric;
 use crate::metrics::MIOU;
-use crate::paired::{Difference, GroupOfSeeds, holm, paired_difference};
+use crate::paired::{Difference, GroupOfSeeds, by_group_and_seed, holm, paired_difference};
 use partprobe_carrier::keyed_rng;
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
@@ -134,22 +134,24 @@ fn common_seeds(pairs: &[Pair<'_>]) -> BTreeSet<u64> {
 }
 
 /// The differences of a metric, summed by group of related shapes and seed. Shapes that lack the metric on one side are skipped.
-fn groups_by_seed(pairs: &[Pair<'_>], seeds: &BTreeSet<u64>, metric: Metric) -> Vec<GroupOfSeeds> {
-    let mut groups: BTreeMap<&str, GroupOfSeeds> = BTreeMap::new();
-    for (first, second) in pairs {
-        for (position, seed) in seeds.iter().enumerate() {
-            let value = |shape: &ShapeMean<'_>| metric.of(shape.by_seed.get(seed)?);
-            let (Some(a), Some(b)) = (value(first), value(second)) else {
-                continue;
-            };
-            let group = groups
-                .entry(first.group)
-                .or_insert_with(|| vec![GroupSum::default(); seeds.len()]);
-            group[position].sum += a - b;
-            group[position].n += 1;
-        }
-    }
-    groups.into_values().collect()
+fn groups_by_seed<'a>(
+    pairs: &[Pair<'a>],
+    seeds: &BTreeSet<u64>,
+    metric: Metric,
+) -> Vec<GroupOfSeeds> {
+    let difference = |(first, second): &Pair<'a>, position: usize, seed: &u64| {
+        let value = |shape: &ShapeMean<'_>| metric.of(shape.by_seed.get(seed)?);
+        Some((first.group, position, value(first)? - value(second)?))
+    };
+    let of_pair = |pair: &Pair<'a>| {
+        let of_seed = |(position, seed)| difference(pair, position, seed);
+        seeds
+            .iter()
+            .enumerate()
+            .filter_map(of_seed)
+            .collect::<Vec<_>>()
+    };
+    by_group_and_seed(seeds.len(), pairs.iter().flat_map(of_pair))
 }
 
 /// Corrects the p-values for their number: those of the primary endpoints together, and all others together.

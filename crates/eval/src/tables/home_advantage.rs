@@ -5,9 +5,8 @@
 
 use super::shape_means::{ShapeMean, metrics_of};
 use super::{Bootstrap, TableShapes};
-use crate::bootstrap::GroupSum;
 use crate::metric::Metric;
-use crate::paired::{Difference, GroupOfSeeds, paired_difference};
+use crate::paired::{Difference, GroupOfSeeds, by_group_and_seed, paired_difference};
 use partprobe_carrier::keyed_rng;
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
@@ -96,7 +95,7 @@ fn home_advantage(
     })
 }
 /// H of each shape and seed that all four have, summed by group of related shapes and seed.
-fn groups_by_seed(fours: &[Four<'_>], metric: Metric) -> Vec<GroupOfSeeds> {
+fn groups_by_seed<'a>(fours: &[Four<'a>], metric: Metric) -> Vec<GroupOfSeeds> {
     let has_all = |seed: &u64| {
         let has_seed = |mean: &&ShapeMean<'_>| mean.by_seed.contains_key(seed);
         fours.iter().any(|four| four.iter().all(has_seed))
@@ -105,19 +104,18 @@ fn groups_by_seed(fours: &[Four<'_>], metric: Metric) -> Vec<GroupOfSeeds> {
         .iter()
         .flat_map(|four| four[0].by_seed.keys().copied());
     let seeds: BTreeSet<u64> = all.filter(has_all).collect();
-    let mut groups: BTreeMap<&str, GroupOfSeeds> = BTreeMap::new();
-    for four in fours {
-        for (position, seed) in seeds.iter().enumerate() {
-            let value = |mean: &ShapeMean<'_>| metric.of(mean.by_seed.get(seed)?);
-            let [Some(ss), Some(ns), Some(sn), Some(nn)] = four.map(value) else {
-                continue;
-            };
-            let group = groups
-                .entry(four[0].group)
-                .or_insert_with(|| vec![GroupSum::default(); seeds.len()]);
-            group[position].sum += (ss - ns) - (nn - sn);
-            group[position].n += 1;
-        }
-    }
-    groups.into_values().collect()
+    let advantage = |four: &Four<'a>, position: usize, seed: &u64| {
+        let value = |mean: &ShapeMean<'_>| metric.of(mean.by_seed.get(seed)?);
+        let [ss, ns, sn, nn] = four.map(value);
+        Some((four[0].group, position, (ss? - ns?) - (nn? - sn?)))
+    };
+    let of_four = |four: &Four<'a>| {
+        let of_seed = |(position, seed)| advantage(four, position, seed);
+        seeds
+            .iter()
+            .enumerate()
+            .filter_map(of_seed)
+            .collect::<Vec<_>>()
+    };
+    by_group_and_seed(seeds.len(), fours.iter().flat_map(of_four))
 }

@@ -99,7 +99,8 @@ impl Task {
         true
     }
 
-    fn add_eikonal(&mut self, shared: &Shared<'_>) {
+    /// The length of the gradient is 1; both modes ask for it.
+    pub(super) fn add_eikonal(&mut self, shared: &Shared<'_>) {
         let (work, factors) = (&mut self.main, &shared.factors);
         work.gradient(shared.network);
         work.by_gradient.fill(0.0);

@@ -43,17 +43,7 @@ impl Task {
     /// The distance is that of the mesh, and the length of its gradient is 1.
     pub(super) fn oracle_uniform(&mut self, block: &Block, shared: &Shared<'_>) -> bool {
         self.fit_distances(&shared.pools.uniform.distances, block, shared);
-        let (work, factors) = (&mut self.main, &shared.factors);
-        work.gradient(shared.network);
-        work.by_gradient.fill(0.0);
-        let rows = work
-            .gradients
-            .chunks_exact(3)
-            .zip(work.by_gradient.chunks_exact_mut(3));
-        for (gradient, by_gradient) in rows {
-            self.losses.eikonal +=
-                eikonal(gradient, by_gradient, factors.eikonal) * factors.means.eikonal;
-        }
+        self.add_eikonal(shared);
         true
     }
 

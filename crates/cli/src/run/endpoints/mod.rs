@@ -46,16 +46,10 @@ impl Run<'_> {
         progress.note(&format!("endpoint {}: {}", endpoint.name, data.summary));
         let shapes: Vec<&Shape> = data.shapes.iter().collect();
 
-        let held_out = HeldOut {
-            folder: self.folder,
-            config: self.config,
-            n_train: self.data.split().train.len(),
-            test: &shapes,
-            backend: self.execution.backend,
-        };
+        let held_out = self.held_out(&shapes);
         let trained = self.trained_models(&held_out)?;
         let place = ScoringPlace {
-            boundaries: Boundaries::of_shapes(&shapes, &data.references)?,
+            boundaries: &Boundaries::of_shapes(&shapes, &data.references)?,
             references: data.references.clone(),
             config: &config,
             folder: None,

@@ -45,7 +45,7 @@ impl EndpointData {
         } else {
             endpoint.references.clone()
         };
-        let test = run.test()?.shapes;
+        let test = run.test()?;
         let dataset = endpoint.data.as_deref().map(Dataset::open).transpose()?;
         let (mut shapes, selection) = match &dataset {
             None => (redrawn(&test, config)?, Selection::of(test.len())),

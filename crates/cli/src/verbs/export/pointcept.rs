@@ -10,13 +10,14 @@ use super::session::ExportSession;
 use super::shape_line::ShapeLine;
 use crate::config::{NormalConfig, SampleConfig};
 use crate::points::points_of;
-use crate::run::NEARLY_EQUAL;
 use crate::shape_input::ShapeInput;
 use crate::usage::UsageError;
 use anyhow::{Result, bail, ensure};
 use partprobe_carrier::{Carrier, Descriptor, Labels, signature_of_carrier};
 use partprobe_dataset::json_document;
-use partprobe_eval::{Split, SplitCandidate, SplitFractions, SplitRule, split};
+use partprobe_eval::{
+    Duplicate, NearShape, Split, SplitCandidate, SplitFractions, SplitRule, split,
+};
 use partprobe_formats::{pointcept_config, pointcept_files};
 use serde::Serialize;
 use serde_json::json;
@@ -200,11 +201,11 @@ impl SplitShapes {
                 .iter()
                 .map(|duplicate| duplicate.id.clone())
                 .collect();
-            left_out.insert("the same shape as another".to_owned(), ids);
+            left_out.insert(Duplicate::REASON.to_owned(), ids);
         }
         if !split.near.is_empty() {
             let ids = split.near.iter().map(|near| near.id.clone()).collect();
-            left_out.insert(NEARLY_EQUAL.to_owned(), ids);
+            left_out.insert(NearShape::REASON.to_owned(), ids);
         }
         ensure!(!split.groups.is_empty(), "no shape is left to export");
         Ok(Self {

@@ -5,13 +5,13 @@ use super::mine::Mine;
 use super::sentence::{Finding, error_rate};
 use crate::MISSED_BOUND;
 use crate::config::{LoadedConfig, load};
-use crate::label::{LabelJob, label_paths};
 use crate::run::{
     Execution, ExecutionArgs, Run, RunFolder, TrainingArgs, named_sources, remember_data, today,
     verdict_settings, with_data,
 };
 use crate::stdout::{print_line, print_result};
 use crate::usage::{UsageError, as_usage_error};
+use crate::verbs::run::labeled_into;
 use anyhow::{Context, Result, bail, ensure};
 use partprobe_dataset::{Dataset, json_document};
 use partprobe_eval::{FalseAlarms, Look, ScoreRow, Verdict, VerdictSettings, look};
@@ -136,11 +136,7 @@ fn labeled(args: &VerdictArgs, root: &Path, execution: &Execution) -> Result<Dat
         bail!(UsageError(format!("{} does not exist", path.display())));
     }
     let config = load("verdict", &[])?.config;
-    let out = root.join("data");
-    let job = LabelJob::in_folder(&args.data, &out, &config, execution.threads).resuming();
-    let summary = label_paths(&job, &execution.interrupt)?;
-    execution.progress.note(&summary.to_string());
-    Ok(Dataset::open(&out)?)
+    labeled_into(&root.join("data"), &args.data, &config, execution)
 }
 
 /// A verdict that is being found.
@@ -238,8 +234,9 @@ impl<'a> Session<'a> {
         let mut run = self.run(&loaded, &folder)?;
         let seed = loaded.config.compare.seeds[0];
         run.train(&self.mine.name, seed, &self.args.training)?;
+        let boundaries = run.boundaries()?;
         let begun = Instant::now();
-        run.score_trained(&self.mine.name, seed)?;
+        run.score_trained(&self.mine.name, seed, &boundaries)?;
         let speed = Speed::of_log(&folder, begun.elapsed())?;
         drop(run);
         drop(folder);
@@ -266,13 +263,14 @@ impl<'a> Session<'a> {
             )
         };
 
+        let boundaries = run.boundaries()?;
         let begun = Instant::now();
         let mut rows: Vec<ScoreRow> = Vec::new();
         let mut looks: Vec<Look> = Vec::new();
         for &seed in &loaded.config.compare.seeds {
             for source in &loaded.config.compare.supervision {
                 run.train(source, seed, &self.args.training)?;
-                rows.extend(run.score_trained(source, seed)?);
+                rows.extend(run.score_trained(source, seed, &boundaries)?);
             }
             let found = look(&rows, &settings)?;
             self.execution.progress.note(&progress_line(&found));
