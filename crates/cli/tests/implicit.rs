@@ -90,7 +90,7 @@ fn a_run_is_the_same_for_any_threads_and_after_an_interruption() {
     for file in [
         "tables.md",
         "fits/parts__block/control-1.json",
-        "fits/chamfered/step-parts-0.json",
+        "fits/parts__chamfered/step-parts-0.json",
         "meshes/parts__block/ward-20-0.ply",
     ] {
         fs::remove_file(three.join(file)).unwrap();
@@ -101,6 +101,33 @@ fn a_run_is_the_same_for_any_threads_and_after_an_interruption() {
     let mesh = Path::new("meshes/parts__block/ward-20-0.ply").to_owned();
     resumed.insert(mesh.clone(), expected[&mesh].clone());
     assert_eq!(expected, resumed);
+}
+
+#[test]
+fn a_run_without_backbones_is_listed_and_neither_trained_nor_scored_as_one_with_them() {
+    let corpus = corpus();
+    run(corpus.path(), "runs/faces", &[], 0, "");
+    let listed = check(corpus.path(), &["runs"], 0, "");
+    assert!(listed.contains("faces  scored"), "{listed}");
+
+    let refusal = "it fits a network to each shape and trains no backbone";
+    for arguments in [
+        &[
+            "train",
+            "implicit",
+            "--data",
+            "data",
+            "--supervision",
+            "ward-20",
+            "--out",
+            "refused",
+        ][..],
+        &["eval", "runs/faces"],
+        &["rerun", "runs/faces"],
+    ] {
+        check(corpus.path(), arguments, 2, refusal);
+    }
+    assert!(!corpus.path().join("refused").exists());
 }
 
 #[test]

@@ -6,6 +6,7 @@ use super::training_tables::{
     AugmentConfig, LossConfig, NetConfig, NoFault, OptimConfig, TokenConfig,
 };
 use super::{ClustererName, MetricName, SourceTable};
+use crate::usage::UsageError;
 use anyhow::{Context, Result, ensure};
 use partprobe_cluster::{ClustererFactory, ClustererSettings};
 use partprobe_eval::Bootstrap;
@@ -463,6 +464,20 @@ impl Config {
             keys["tokens.test_poses"] = self.tokens.test_poses.into();
         }
         keys
+    }
+
+    /// Refuses a config of the implicit probe, which trains no backbone.
+    ///
+    /// # Errors
+    /// If the config has a table `[implicit]`; the message names the command that reads it.
+    #[cfg(feature = "train")]
+    pub(crate) fn ensure_point_probe(&self) -> Result<(), UsageError> {
+        if self.implicit.is_none() {
+            return Ok(());
+        }
+        let message = "this config has a table [implicit]: it fits a network to each shape and trains no backbone; \
+                       `partprobe run` does all of it, and `partprobe run CONFIG --out RUN --resume` scores what is missing";
+        Err(UsageError(message.to_owned()))
     }
 
     /// The supervision sources and then the references that are no supervision, each once.

@@ -33,6 +33,7 @@ pub(crate) fn eval(args: &EvalArgs) -> Result<ExitCode> {
     let folder = RunFolder::existing(&args.run)?;
     let config_file = folder.path("config.toml").to_string_lossy().into_owned();
     let loaded = load(&config_file, &args.execution.set)?;
+    loaded.config.ensure_point_probe()?;
     refuse_new_settings(&load(&config_file, &[])?.config, &loaded.config)?;
     named_sources(&loaded.config).map_err(as_usage_error)?;
     checked_expectations(&loaded.config).map_err(as_usage_error)?;

@@ -46,6 +46,11 @@ pub(crate) fn rerun(args: &RerunArgs) -> Result<ExitCode> {
         args.execution.set.is_empty(),
         UsageError("--set would make another run; use `partprobe run` for that".to_owned())
     );
+    let config_file = args.run.join("config.toml");
+    if config_file.is_file() {
+        let config = load(&config_file.to_string_lossy(), &[])?.config;
+        config.ensure_point_probe()?;
+    }
     ensure!(
         args.run.join("scores.jsonl").is_file(),
         UsageError(format!(

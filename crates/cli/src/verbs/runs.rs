@@ -17,7 +17,8 @@ use std::path::{Path, PathBuf};
   partprobe runs experiments/ --json
 
 A run is `scored` if it is complete, `trained` if its weights are there and its scores are not, and `begun` otherwise. The mIoU is
-that of its first label source against its first reference.")]
+that of its first label source against its first reference. A run of the implicit probe has no test shapes: all of its shapes are
+fitted, and its tables are in tables.md.")]
 pub(crate) struct RunsArgs {
     /// The folder that holds the run folders.
     #[arg(value_name = "DIR", default_value = "runs")]
@@ -148,7 +149,9 @@ fn state(path: &Path, supervision: &[String], seeds: &[u64]) -> &'static str {
     let mut trainings = supervision
         .iter()
         .flat_map(|source| seeds.iter().map(move |seed| (source, seed)));
-    if path.join("scores.jsonl").is_file() {
+    // The implicit probe writes its tables at the end, and has no weights.
+    let is_scored = path.join("scores.jsonl").is_file() || path.join("tables.csv").is_file();
+    if is_scored {
         "scored"
     } else if trainings.all(|(source, seed)| is_trained(source, seed)) {
         "trained"

@@ -46,6 +46,7 @@ pub(crate) struct TrainArgs {
 /// If the data set cannot be read, or training fails; the last checkpoint stays.
 pub(crate) fn train(args: &TrainArgs) -> Result<ExitCode> {
     let loaded = load(&args.config, &args.execution.set)?;
+    loaded.config.ensure_point_probe()?;
     let known = &loaded.config.compare.supervision;
     ensure!(
         known.contains(&args.supervision),
