@@ -24,7 +24,8 @@ INTRODUCTION = """# Command line
 Every command explains itself with `--help`. This page contains these texts.
 Results are printed to stdout; progress and warnings are printed to stderr.
 """
-COMMANDS = re.compile(r"^Commands:\n((?:^ .*\n|^\n(?= ))+)", re.MULTILINE)
+# A line that lists a command begins with its name; those of arguments and options begin with `<`, `[` or `-`.
+COMMAND = re.compile(r"^  ([a-z][a-z-]*)(?= |$)", re.MULTILINE)
 
 
 def help_of(program, words):
@@ -37,9 +38,8 @@ def help_of(program, words):
 
 def commands_in(text):
     """The names of the commands that a help text lists."""
-    listed = COMMANDS.search(text + "\n")
-    names = re.findall(r"^  (\S+)", listed[1], re.MULTILINE) if listed else []
-    return [name for name in names if name != "help"]
+    above_options = text.split("\nOptions:")[0]
+    return [name for name in COMMAND.findall(above_options) if name != "help"]
 
 
 def sections(program, words):

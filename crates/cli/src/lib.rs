@@ -19,6 +19,7 @@ mod audit;
 #[cfg(feature = "train")]
 mod backbone_labels;
 mod clock;
+mod command_line;
 mod config;
 mod counted;
 mod damaged_carriers;
@@ -34,6 +35,7 @@ mod label_sources;
 mod onnx_library;
 mod output_folder;
 mod points;
+mod program_version;
 mod progress;
 #[cfg(feature = "train")]
 mod run;
@@ -49,14 +51,15 @@ mod text_table;
 mod usage;
 mod verbs;
 
-use clap::{Command, CommandFactory, FromArgMatches, Parser};
+use clap::{FromArgMatches, Parser};
+use command_line::command_line;
 use std::process::ExitCode;
 use verbs::Verb;
 
 /// STEP files in, part labels out, and a fair comparison of the labels that train point-cloud networks.
 #[derive(Debug, Parser)]
 #[command(
-    version,
+    version = program_version::VERSION.as_str(),
     propagate_version = true,
     arg_required_else_help = true,
     max_term_width = 110
@@ -89,7 +92,7 @@ pub(crate) const MISSED_BOUND: u8 = 3;
 #[must_use]
 pub fn main() -> ExitCode {
     file_size_limit::report_as_error();
-    let matches = flowing(Cli::command()).get_matches();
+    let matches = command_line().get_matches();
     let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
     cli.verb.call().unwrap_or_else(|error| {
         if stdout::is_closed(&error) {
@@ -100,37 +103,6 @@ pub fn main() -> ExitCode {
     })
 }
 
-/// Lets the width of the terminal decide where the sentences below a verb's help break.
-fn flowing(command: Command) -> Command {
-    let names: Vec<String> = command
-        .get_subcommands()
-        .map(|verb| verb.get_name().to_owned())
-        .collect();
-    let text = command.get_after_help().map(ToString::to_string);
-    let command = match text {
-        Some(text) => command.after_help(joined(&text)),
-        None => command,
-    };
-    names.into_iter().fold(command, |command, name| {
-        command.mut_subcommand(name, flowing)
-    })
-}
-
-/// Joins the lines that a sentence was broken into; examples are indented and stay as they are.
-fn joined(text: &str) -> String {
-    let mut joined = String::new();
-    let mut is_open = false;
-    for line in text.lines() {
-        let is_prose = !line.is_empty() && !line.starts_with(' ');
-        if !joined.is_empty() {
-            joined.push(if is_open && is_prose { ' ' } else { '\n' });
-        }
-        joined.push_str(line);
-        is_open = is_prose && !line.starts_with("Example") && !line.ends_with(['.', ':']);
-    }
-    joined
-}
-
 /// 130 where the user stopped the work, 2 where the call cannot be meant, 1 for any other error.
 fn exit_code(error: &anyhow::Error) -> u8 {
     if interrupt::was_asked() {
@@ -139,30 +111,5 @@ fn exit_code(error: &anyhow::Error) -> u8 {
         2
     } else {
         1
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_command_line_is_well_formed() {
-        flowing(Cli::command()).debug_assert();
-    }
-
-    #[test]
-    fn sentences_are_joined_and_examples_are_not() {
-        for (text, expected) in [
-            ("One\ntwo.\nThree\nfour.", "One two.\nThree four."),
-            (
-                "Examples:\n  a\n  b\n\nOne\ntwo.",
-                "Examples:\n  a\n  b\n\nOne two.",
-            ),
-            ("Example: a b\nOne.", "Example: a b\nOne."),
-            ("", ""),
-        ] {
-            assert_eq!(joined(text), expected);
-        }
     }
 }

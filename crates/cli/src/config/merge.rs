@@ -1,6 +1,7 @@
 //! Merges names, files and overrides into one table.
 
 use super::Config;
+use super::chain::{ConfigText, chain};
 use super::problem::{ConfigProblem, Layer, nearest, parsed, place_of};
 use crate::usage::as_usage_error;
 use anyhow::{Context, Result, anyhow, bail};
@@ -48,27 +49,20 @@ pub(crate) fn load(name_or_path: &str, overrides: &[String]) -> Result<LoadedCon
 }
 
 fn load_any(name_or_path: &str, overrides: &[String]) -> Result<LoadedConfig> {
-    let (name, text, folder) = read_text(name_or_path)?;
-    let mut table = with_base(name_or_path, &text, folder.as_deref())?;
+    let (name, text, path) = read_text(name_or_path)?;
+    let chain = chain(name_or_path, &text, path.as_deref())?;
+    let mut table = merged(&chain);
     for assignment in overrides {
         set(&mut table, assignment).with_context(|| format!("--set {assignment}"))?;
     }
     from_table(name, table).map_err(|error| {
         let place = error.downcast_ref().and_then(|problem: &ConfigProblem| {
-            let base = own_base(&text, folder.as_deref());
-            let own = Layer {
-                name: name_or_path.to_owned(),
-                text: &text,
-            };
-            let base = base.as_ref().map(|(path, text)| Layer {
-                name: path.display().to_string(),
-                text,
-            });
-            let layers: Vec<Layer<'_>> = folder
-                .is_some()
-                .then_some(own)
-                .into_iter()
-                .chain(base)
+            let files = chain.iter().filter(|config| config.is_file());
+            let layers: Vec<Layer<'_>> = files
+                .map(|config| Layer {
+                    name: config.name.clone(),
+                    text: &config.text,
+                })
                 .collect();
             place_of(&problem.key, overrides, &layers)
         });
@@ -76,12 +70,13 @@ fn load_any(name_or_path: &str, overrides: &[String]) -> Result<LoadedConfig> {
     })
 }
 
-/// The base that stands beside a config, with its text.
-fn own_base(text: &str, folder: Option<&Path>) -> Option<(PathBuf, String)> {
-    let own: Table = text.parse().ok()?;
-    let path = folder?.join(own.get("base")?.as_str()?);
-    let text = fs::read_to_string(&path).ok()?;
-    Some((path, text))
+/// Lays each config over those that it builds on.
+fn merged(chain: &[ConfigText]) -> Table {
+    let mut merged = Table::new();
+    for config in chain.iter().rev() {
+        overlay_config(&mut merged, config.table.clone());
+    }
+    merged
 }
 
 pub(super) fn from_table(name: String, table: Table) -> Result<LoadedConfig> {
@@ -108,10 +103,8 @@ fn defaults() -> Table {
         .unwrap_or_default()
 }
 
-/// The config's name, its text, and the folder that its `base` is looked for in.
-pub(super) fn read_text(
-    name_or_path: &str,
-) -> Result<(String, String, Option<std::path::PathBuf>)> {
+/// The config's name, its text, and its path, or `None` for a shipped config.
+pub(super) fn read_text(name_or_path: &str) -> Result<(String, String, Option<PathBuf>)> {
     if let Some(text) = shipped(name_or_path) {
         return Ok((name_or_path.to_owned(), text.to_owned(), None));
     }
@@ -131,49 +124,15 @@ pub(super) fn read_text(
         || "run".to_owned(),
         |stem| stem.to_string_lossy().into_owned(),
     );
-    Ok((stem, text, path.parent().map(Path::to_owned)))
+    Ok((stem, text, Some(path.to_owned())))
 }
 
-fn shipped(name: &str) -> Option<&'static str> {
+/// The text of a shipped config.
+pub(crate) fn shipped(name: &str) -> Option<&'static str> {
     SHIPPED
         .iter()
         .find(|(shipped, _)| *shipped == name)
         .map(|(_, text)| *text)
-}
-
-/// Lays the text's table over the base that it names; a base has no base of its own.
-fn with_base(name: &str, text: &str, folder: Option<&Path>) -> Result<Table> {
-    let mut own = parsed(text, name)?;
-    let Some(base) = own.remove("base") else {
-        return Ok(own);
-    };
-    let base = base
-        .as_str()
-        .ok_or_else(|| anyhow!("`base` must be a file name"))?
-        .to_owned();
-    let beside = folder
-        .map(|folder| folder.join(&base))
-        .filter(|path| path.exists());
-    let base_name = beside
-        .as_ref()
-        .map_or_else(|| base.clone(), |path| path.display().to_string());
-    let base_text = match (beside, shipped(base.trim_end_matches(".toml"))) {
-        (Some(path), _) => {
-            fs::read_to_string(&path).with_context(|| format!("reading {}", path.display()))?
-        }
-        (None, Some(text)) => text.to_owned(),
-        (None, None) => {
-            bail!(
-                "{name}: `base = \"{base}\"`: no such file beside the config, and no shipped config of that name"
-            )
-        }
-    };
-    let mut merged = parsed(&base_text, &base_name)?;
-    if merged.contains_key("base") {
-        bail!("{name}: base `{base}` has a base of its own; one level is allowed");
-    }
-    overlay_config(&mut merged, own);
-    Ok(merged)
 }
 
 /// Keys of `[train]` that say the same in two units: whoever sets one unsets the other.

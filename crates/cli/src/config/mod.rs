@@ -1,8 +1,9 @@
-//! Loads configs: a TOML file on top of `base.toml`, and `--set` on top of both.
+//! Loads configs: a TOML file on top of the configs that it builds on, and `--set` on top of all.
 //!
 //! What goes in is the name of a shipped config or a path; what comes out is checked once and typed.
 //! Unknown keys are errors, and no default stands in code: `configs/base.toml` holds them all.
 
+mod chain;
 mod clusterer_name;
 mod difference;
 mod endpoint;
@@ -19,7 +20,7 @@ pub(crate) use clusterer_name::ClustererName;
 pub(crate) use difference::{Difference, differences, listed};
 #[cfg(feature = "train")]
 pub(crate) use endpoint::{EndpointConfig, EndpointNormals, EndpointShapes};
-pub(crate) use merge::{LoadedConfig, load, shipped_names};
+pub(crate) use merge::{LoadedConfig, load, shipped, shipped_names};
 pub(crate) use metric_name::MetricName;
 #[cfg(feature = "train")]
 pub(crate) use settings::overrides_of_preparation;

@@ -1,38 +1,25 @@
 //! Separates the settings that the user set from the defaults, and replaces a table of a config.
 
+use super::chain::chain;
 use super::merge::{LoadedConfig, from_table, overlay, read_text, set};
 use crate::usage::as_usage_error;
 use anyhow::{Context, Result};
 use serde_json::{Map, Value};
 use toml::Table;
 
-/// The keys of one table that the config's own file or an override states: what it has from `base.toml` is not there.
+/// The keys of one table that an override states, the config, or one that it builds on: what it has from the shipped `base` is not
+/// there.
 ///
 /// # Errors
 /// If the config cannot be read.
 pub(crate) fn stated_table(name_or_path: &str, overrides: &[String], table: &str) -> Result<Table> {
-    let (name, text, folder) = read_text(name_or_path)?;
-    let mut own: Table = text
-        .parse()
-        .with_context(|| format!("config `{name_or_path}`"))?;
-    let is_defaults = folder.is_none() && name == "base";
-    if is_defaults {
-        own = Table::new();
-    }
-    // A base of the caller's own, beside the config, is the caller's word too.
-    let base = own
-        .remove("base")
-        .and_then(|base| base.as_str().map(str::to_owned));
-    let beside = folder
-        .zip(base)
-        .map(|(folder, base)| folder.join(base))
-        .filter(|path| path.exists());
-    if let Some(path) = beside {
-        let text = std::fs::read_to_string(&path)
-            .with_context(|| format!("reading {}", path.display()))?;
-        let mut below: Table = text.parse().with_context(|| path.display().to_string())?;
-        overlay(&mut below, own);
-        own = below;
+    let (_, text, path) = read_text(name_or_path)?;
+    let mut own = Table::new();
+    for config in chain(name_or_path, &text, path.as_deref())?.iter().rev() {
+        let is_defaults = !config.is_file() && config.name == "base";
+        if !is_defaults {
+            overlay(&mut own, config.table.clone());
+        }
     }
     for assignment in overrides {
         set(&mut own, assignment).with_context(|| format!("--set {assignment}"))?;
@@ -81,6 +68,7 @@ mod tests {
         check("base", &[], &[]);
         check("smoke", &[], &[]);
         check("abc-small", &[], &["unit"]);
+        check("probe", &[], &["unit"]);
         check(
             "smoke",
             &["label.theta_deg=8", "train.steps=3"],

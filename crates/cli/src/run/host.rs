@@ -2,6 +2,7 @@
 
 use super::execution::Execution;
 use super::folder::RunFolder;
+use crate::program_version::COMMIT;
 use crate::usage::UsageError;
 use anyhow::{Result, bail};
 use serde::Serialize;
@@ -20,8 +21,8 @@ pub(crate) struct RunRecord {
     pub(crate) program: &'static str,
     pub(crate) version: &'static str,
     pub(crate) burn: &'static str,
-    /// The commit of the folder that the program ran in, where git knows one.
-    pub(crate) commit: Option<String>,
+    /// The commit that the program was built from, or `None` if it does not know.
+    pub(crate) commit: Option<&'static str>,
     pub(crate) backend: String,
     pub(crate) threads: usize,
     pub(crate) host: Host,
@@ -44,7 +45,7 @@ impl RunRecord {
             program: "partprobe",
             version: env!("CARGO_PKG_VERSION"),
             burn: BURN_VERSION,
-            commit: commit_of(Path::new(".")),
+            commit: COMMIT,
             backend: execution.backend_name.to_owned(),
             threads: execution.threads,
             host: Host::of_this_machine(),
@@ -190,18 +191,6 @@ fn civil_from_days(days: i64) -> (i64, i64, i64) {
         month_from_march - 9
     };
     (year_of_era + era * 400 + i64::from(month <= 2), month, day)
-}
-
-/// The commit that is checked out in `folder`, if git answers.
-pub(crate) fn commit_of(folder: &Path) -> Option<String> {
-    let output = Command::new("git")
-        .arg("-C")
-        .arg(folder)
-        .args(["rev-parse", "HEAD"])
-        .output()
-        .ok()?;
-    let text = String::from_utf8(output.stdout).ok()?;
-    output.status.success().then(|| text.trim().to_owned())
 }
 
 #[cfg(test)]

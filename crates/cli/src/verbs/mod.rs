@@ -7,6 +7,8 @@ mod bench;
 mod calibrate;
 mod check;
 mod compare;
+mod completions;
+mod config;
 #[cfg(feature = "train")]
 mod embed;
 #[cfg(feature = "train")]
@@ -90,6 +92,9 @@ pub(crate) enum Verb {
     #[cfg(feature = "train")]
     Models(models::ModelsArgs),
     Sources(sources::SourcesArgs),
+    Config(config::ConfigArgs),
+    Completions(completions::CompletionsArgs),
+    Man(completions::ManArgs),
     #[command(hide = true)]
     Worker(WorkerArgs),
     #[cfg(feature = "train")]
@@ -143,6 +148,9 @@ impl Verb {
             #[cfg(feature = "train")]
             Self::Models(args) => models::models(args).map(done),
             Self::Sources(args) => sources::sources(args).map(done),
+            Self::Config(args) => config::config(args).map(done),
+            Self::Completions(args) => completions::completions(args).map(done),
+            Self::Man(args) => completions::man(args).map(done),
             #[cfg(feature = "train")]
             Self::Parity(args) => parity::parity(args).map(done),
             Self::Worker(args) => worker(args).map(done),

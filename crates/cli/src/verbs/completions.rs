@@ -1,0 +1,53 @@
+//! Runs `partprobe completions` and `partprobe man`: scripts that complete the command line in a shell, and manual pages.
+
+use crate::command_line::command_line;
+use crate::stdout::{print_line, print_result};
+use anyhow::{Context, Result};
+use clap_complete::Shell;
+use std::fs;
+use std::path::PathBuf;
+
+/// The name of the program in scripts and pages, whatever its file is called.
+const NAME: &str = "partprobe";
+
+/// Print a script that completes verbs, options and values in a shell
+#[derive(Clone, Debug, clap::Args)]
+#[command(after_help = "Examples:
+  partprobe completions bash > ~/.local/share/bash-completion/completions/partprobe
+  partprobe completions zsh > ~/.zfunc/_partprobe
+  partprobe completions fish > ~/.config/fish/completions/partprobe.fish")]
+pub(crate) struct CompletionsArgs {
+    /// The shell.
+    shell: Shell,
+}
+
+/// Write manual pages, one for each verb
+#[derive(Clone, Debug, clap::Args)]
+#[command(after_help = "Example: partprobe man --out ~/.local/share/man/man1")]
+pub(crate) struct ManArgs {
+    /// The folder that the pages are written into.
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+}
+
+/// Prints the script.
+///
+/// # Errors
+/// If stdout cannot be written to.
+pub(crate) fn completions(args: &CompletionsArgs) -> Result<()> {
+    let mut script = Vec::new();
+    clap_complete::generate(args.shell, &mut command_line(), NAME, &mut script);
+    print_line(String::from_utf8_lossy(&script).trim_end())
+}
+
+/// Writes the pages.
+///
+/// # Errors
+/// If a page cannot be written.
+pub(crate) fn man(args: &ManArgs) -> Result<()> {
+    fs::create_dir_all(&args.out).with_context(|| format!("making {}", args.out.display()))?;
+    let command = command_line().name(NAME).bin_name(NAME);
+    clap_mangen::generate_to(command, &args.out)
+        .with_context(|| format!("writing pages into {}", args.out.display()))?;
+    print_result(args.out.join(format!("{NAME}.1")).display())
+}
