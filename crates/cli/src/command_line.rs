@@ -17,7 +17,10 @@ const GROUPS: [(&str, &[&str]); 7] = [
         "Look at label sources",
         &["sources", "compare", "tessellation", "calibrate"],
     ),
-    ("Train and embed", &["train", "embed", "models", "replay"]),
+    (
+        "Train, and use what was trained",
+        &["train", "predict", "embed", "models", "replay"],
+    ),
     (
         "Score and report",
         &[

@@ -17,6 +17,8 @@
 mod allocator;
 mod audit;
 #[cfg(feature = "train")]
+mod backbone;
+#[cfg(feature = "train")]
 mod backbone_labels;
 mod clock;
 mod command_line;

@@ -29,6 +29,12 @@ pub(crate) struct ShapeArgs {
     /// Change one setting of what is labeled on the way, for example label.unit=solid.
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
+    /// What the verb itself sets for what is labeled on the way; the user's own settings win.
+    #[arg(skip)]
+    own_settings: Vec<String>,
+    /// Whether the settings decide more than how files are labeled.
+    #[arg(skip)]
+    for_more_than_labeling: bool,
 }
 
 /// The same where the command line is full of other names: the paths follow `--data`.
@@ -57,6 +63,8 @@ impl DataArgs {
             jobs: self.jobs,
             config: self.config.clone(),
             set: self.set.clone(),
+            own_settings: Vec::new(),
+            for_more_than_labeling: false,
         }
     }
 
@@ -97,16 +105,27 @@ impl ShapeArgs {
         )
     }
 
-    /// The same, with a setting for what is labeled on the way; the user's own settings win.
+    /// The same, with settings for what is labeled on the way; the user's own settings win.
     #[must_use]
-    pub(crate) fn with_setting(&self, setting: &str) -> Self {
-        let set = std::iter::once(setting.to_owned())
-            .chain(self.set.iter().cloned())
-            .collect();
+    pub(crate) fn with_settings(&self, settings: impl IntoIterator<Item = String>) -> Self {
+        let mut with = self.clone();
+        with.own_settings.extend(settings);
+        with
+    }
+
+    /// The same, where the user's settings may also be given if nothing is labeled.
+    #[must_use]
+    pub(crate) fn for_more_than_labeling(self) -> Self {
         Self {
-            set,
-            ..self.clone()
+            for_more_than_labeling: true,
+            ..self
         }
+    }
+
+    /// What the user has set.
+    #[must_use]
+    pub(crate) fn settings(&self) -> &[String] {
+        &self.set
     }
 
     /// Looks for what can be told from the command line alone.
@@ -124,6 +143,7 @@ impl ShapeArgs {
         let is_idle = self.set.is_empty() && self.config == "base";
         ensure!(
             is_idle
+                || self.for_more_than_labeling
                 || !config.sources.is_empty()
                 || self.paths.iter().any(|path| needs_labeling(path)),
             UsageError(
@@ -160,7 +180,8 @@ impl ShapeArgs {
     /// # Errors
     /// If a path does not exist, a data set is damaged, two shapes share an id, or there is no shape.
     pub(crate) fn open(&self, scratch: &Path, interrupt: &Interrupt) -> Result<ShapeInputs> {
-        let mut config = config::load(&self.config, &self.set)?.config;
+        let settings = [self.own_settings.as_slice(), &self.set].concat();
+        let mut config = config::load(&self.config, &settings)?.config;
         config.label.emit = vec![Emit::Carrier];
         let mut sources = ShapeInputs::default();
         let mut unlabeled = Vec::new();

@@ -1,13 +1,14 @@
-//! Tells which number of a face is shown or exported: its part, its primitive type or its own index.
+//! Tells which number of a face is shown or exported: its part, its primitive type, its own index, or its label in a stored layer.
 
 use crate::{color_of_type, colors_of_labels};
 use partprobe_carrier::Carrier;
-use serde::Serialize;
+use serde::{Serialize, Serializer};
+use std::convert::Infallible;
+use std::fmt;
+use std::str::FromStr;
 
 /// What gives a face its label.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
-#[serde(rename_all = "kebab-case")]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub enum FaceLabel {
     /// The part after small ones were absorbed: `face_label` of the carrier, what networks are trained on.
     Part,
@@ -17,59 +18,135 @@ pub enum FaceLabel {
     Type,
     /// The face itself.
     Face,
+    /// A label layer that the carrier stores, by its name.
+    Layer(String),
+}
+
+/// A carrier does not store the label layer that is asked for.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "it has no label layer `{name}`, only {known}; choose part, raw-part, type, face or one of these layers (`label --layers` stores more)"
+)]
+pub struct MissingLayer {
+    name: String,
+    /// The layers that it stores, separated by commas.
+    known: String,
+}
+
+/// The labels that need no layer, with their names on a command line.
+const BUILT_IN: [(&str, FaceLabel); 4] = [
+    ("part", FaceLabel::Part),
+    ("raw-part", FaceLabel::RawPart),
+    ("type", FaceLabel::Type),
+    ("face", FaceLabel::Face),
+];
+
+impl FromStr for FaceLabel {
+    type Err = Infallible;
+
+    /// Any other word is the name of a layer.
+    fn from_str(text: &str) -> Result<Self, Infallible> {
+        let built_in = BUILT_IN.into_iter().find(|(name, _)| *name == text);
+        Ok(built_in.map_or_else(|| Self::Layer(text.to_owned()), |(_, label)| label))
+    }
+}
+
+impl fmt::Display for FaceLabel {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Layer(name) => f.write_str(name),
+            built_in => {
+                let named = BUILT_IN.iter().find(|(_, label)| label == built_in);
+                f.write_str(named.map_or("", |(name, _)| name))
+            }
+        }
+    }
+}
+
+impl Serialize for FaceLabel {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
 }
 
 impl FaceLabel {
     /// The label of each face.
-    #[must_use]
-    pub fn of_faces(self, carrier: &Carrier) -> Vec<i32> {
+    ///
+    /// # Errors
+    /// If the carrier does not have the layer.
+    pub fn of_faces(&self, carrier: &Carrier) -> Result<Vec<i32>, MissingLayer> {
+        let faces = &carrier.graph().faces;
         match self {
-            Self::Part => carrier.part_of_face().to_vec(),
-            Self::RawPart => carrier.raw_part_of_face().to_vec(),
-            Self::Type => carrier
-                .graph()
-                .faces
+            Self::Part => Ok(carrier.part_of_face().to_vec()),
+            Self::RawPart => Ok(carrier.raw_part_of_face().to_vec()),
+            Self::Type => Ok(faces
                 .iter()
                 .map(|face| i32::from(face.face_type.code()))
-                .collect(),
-            Self::Face => (0..).take(carrier.graph().faces.len()).collect(),
+                .collect()),
+            Self::Face => Ok((0..).take(faces.len()).collect()),
+            Self::Layer(name) => match carrier.layer(name) {
+                Some(layer) => Ok(layer.of_face().to_vec()),
+                None => Err(missing(name, carrier)),
+            },
         }
     }
 
-    /// The part of each face, for files that hold part, face and type beside each other.
-    #[must_use]
-    pub fn parts_of_faces(self, carrier: &Carrier) -> Vec<i32> {
-        if self == Self::RawPart {
-            carrier.raw_part_of_face().to_vec()
-        } else {
-            carrier.part_of_face().to_vec()
+    /// The part of each face, for files that hold part, face and type beside each other. A layer takes the place of the parts.
+    ///
+    /// # Errors
+    /// If the carrier does not have the layer.
+    pub fn parts_of_faces(&self, carrier: &Carrier) -> Result<Vec<i32>, MissingLayer> {
+        match self {
+            Self::RawPart | Self::Layer(_) => self.of_faces(carrier),
+            Self::Part | Self::Type | Self::Face => Self::Part.of_faces(carrier),
         }
     }
 
     /// The color of each face, different where labels touch; types have the same colors everywhere.
-    #[must_use]
-    pub fn colors_of_faces(self, carrier: &Carrier) -> Vec<[u8; 3]> {
-        match self {
-            Self::Type => carrier
-                .graph()
-                .faces
-                .iter()
-                .map(|face| color_of_type(face.face_type))
-                .collect(),
-            _ => colors_of_labels(
-                &self.of_faces(carrier),
-                carrier.graph().edges.iter().map(|edge| edge.faces),
-            ),
+    ///
+    /// # Errors
+    /// If the carrier does not have the layer.
+    pub fn colors_of_faces(&self, carrier: &Carrier) -> Result<Vec<[u8; 3]>, MissingLayer> {
+        if *self == Self::Type {
+            let faces = carrier.graph().faces.iter();
+            return Ok(faces.map(|face| color_of_type(face.face_type)).collect());
         }
+        Ok(colors_of_labels(
+            &self.of_faces(carrier)?,
+            carrier.graph().edges.iter().map(|edge| edge.faces),
+        ))
     }
 
     /// The word that stands for the label in file names.
     #[must_use]
-    pub fn noun(self) -> &'static str {
+    pub fn noun(&self) -> &'static str {
         match self {
             Self::Part | Self::RawPart => "part",
             Self::Type => "type",
             Self::Face => "face",
+            Self::Layer(_) => "label",
+        }
+    }
+}
+
+fn missing(name: &str, carrier: &Carrier) -> MissingLayer {
+    let known: Vec<&str> = carrier.layers().keys().map(String::as_str).collect();
+    MissingLayer {
+        name: name.to_owned(),
+        known: known.join(", "),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_read_as_they_are_written() {
+        for name in ["part", "raw-part", "type", "face", "ward-20"] {
+            let Ok(label) = name.parse::<FaceLabel>();
+            assert_eq!(label.to_string(), name);
+            assert_eq!(matches!(label, FaceLabel::Layer(_)), name == "ward-20");
         }
     }
 }

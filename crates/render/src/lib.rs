@@ -10,7 +10,7 @@
 //! let style = PictureStyle { label: FaceLabel::Part, size: 240, viewpoint: Viewpoint::Best };
 //! for shape in &file.shapes {
 //!     let Ok(carrier) = &shape.carrier else { continue };
-//!     let image = style.picture(carrier).with_caption(&shape.id, "", style.text_scale());
+//!     let image = style.picture(carrier)?.with_caption(&shape.id, "", style.text_scale());
 //!     let png = image.to_png()?;
 //!     # assert!(png.starts_with(b"\x89PNG"));
 //! }
@@ -32,7 +32,7 @@ mod palette;
 mod picture;
 mod view;
 
-pub use face_label::FaceLabel;
+pub use face_label::{FaceLabel, MissingLayer};
 pub use image::{Image, PngError};
 pub use label_view::{LabelView, colors_of_triangle_labels};
 pub use palette::{Rgb, color_of_type, colors_of_labels};

@@ -2,7 +2,7 @@
 
 use crate::camera::CORNERS;
 use crate::view::View;
-use crate::{FaceLabel, Image};
+use crate::{FaceLabel, Image, MissingLayer};
 use partprobe_carrier::{Carrier, Point};
 use std::collections::BTreeSet;
 
@@ -22,7 +22,7 @@ const TRIAL_SIDE: usize = 160;
 const FINE_SIZE: usize = 1024;
 
 /// How a carrier is drawn.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct PictureStyle {
     /// What gives a face its color.
     pub label: FaceLabel,
@@ -34,37 +34,42 @@ pub struct PictureStyle {
 
 impl PictureStyle {
     /// The picture of a carrier.
-    #[must_use]
-    pub fn picture(&self, carrier: &Carrier) -> Image {
-        self.view(carrier).painted(
-            &self.label.of_faces(carrier),
-            &self.label.colors_of_faces(carrier),
-            self.fineness(),
-        )
+    ///
+    /// # Errors
+    /// If the carrier does not have the label layer of the style.
+    pub fn picture(&self, carrier: &Carrier) -> Result<Image, MissingLayer> {
+        let labels = self.label.of_faces(carrier)?;
+        let colors = self.label.colors_of_faces(carrier)?;
+        Ok(self
+            .view(carrier)
+            .painted(&labels, &colors, self.fineness()))
     }
 
-    /// Faces, types and parts side by side, each with its count; parts are those of the style's label.
-    #[must_use]
-    pub fn stages(&self, carrier: &Carrier) -> Image {
+    /// Faces, types and parts side by side, each with its count; parts are those of the style's label, or the labels of its layer.
+    ///
+    /// # Errors
+    /// If the carrier does not have the label layer of the style.
+    pub fn stages(&self, carrier: &Carrier) -> Result<Image, MissingLayer> {
         let view = self.view(carrier);
-        let parts = if self.label == FaceLabel::RawPart {
-            FaceLabel::RawPart
-        } else {
-            FaceLabel::Part
+        let parts = match &self.label {
+            FaceLabel::Type | FaceLabel::Face => FaceLabel::Part,
+            parts => parts.clone(),
         };
-        let stages = [FaceLabel::Face, FaceLabel::Type, parts].map(|label| {
-            let labels = label.of_faces(carrier);
+        let mut stages = Vec::new();
+        for label in [FaceLabel::Face, FaceLabel::Type, parts] {
+            let labels = label.of_faces(carrier)?;
+            let colors = label.colors_of_faces(carrier)?;
             let count = labels
                 .iter()
                 .filter(|&&label| label >= 0)
                 .collect::<BTreeSet<_>>()
                 .len();
-            let image = view.painted(&labels, &label.colors_of_faces(carrier), self.fineness());
+            let image = view.painted(&labels, &colors, self.fineness());
             let plural = if count == 1 { "" } else { "s" };
             let caption = format!("{count} {}{plural}", label.noun());
-            image.with_caption("", &caption, self.text_scale())
-        });
-        Image::sheet(&stages, stages.len())
+            stages.push(image.with_caption("", &caption, self.text_scale()));
+        }
+        Ok(Image::sheet(&stages, stages.len()))
     }
 
     /// Pixels of a dot of the captions.

@@ -2,7 +2,7 @@
 
 use super::Config;
 use super::chain::{ConfigText, chain};
-use super::problem::{ConfigProblem, Layer, nearest, parsed, place_of};
+use super::problem::{ConfigProblem, Layer, nearest, place_of};
 use crate::usage::as_usage_error;
 use anyhow::{Context, Result, anyhow, bail};
 use std::fs;

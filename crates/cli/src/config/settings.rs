@@ -277,6 +277,21 @@ pub(crate) struct EvalConfig {
     pub(crate) embeddings: bool,
 }
 
+impl LabelConfig {
+    /// The same settings as `--set` takes them.
+    ///
+    /// # Errors
+    /// Never for settings that were read from a config.
+    #[cfg(feature = "train")]
+    pub(crate) fn overrides(&self) -> Result<Vec<String>> {
+        let table = serde_json::to_value(self)?;
+        let settings = table.as_object().into_iter().flatten();
+        Ok(settings
+            .map(|(key, value)| format!("label.{key}={value}"))
+            .collect())
+    }
+}
+
 impl EvalConfig {
     /// What every clusterer is given.
     pub(crate) fn clusterer_settings(&self) -> ClustererSettings {

@@ -7,8 +7,6 @@ use crate::usage::UsageError;
 use anyhow::{Result, bail};
 use serde::Serialize;
 use serde_json::Value;
-use std::path::Path;
-use std::process::Command;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 /// The version that the workspace pins exactly.

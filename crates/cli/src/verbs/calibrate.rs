@@ -69,7 +69,7 @@ pub(crate) fn calibrate(args: &CalibrateArgs) -> Result<()> {
     // τ_min plays no part here, and counting triangles for it would cost most of the time.
     let sources = args
         .shapes
-        .with_setting("label.tau_min=0")
+        .with_settings(["label.tau_min=0".to_owned()])
         .open_for("calibrate", &interrupt)?;
     let pool = args.shapes.thread_pool()?;
     let calibration = pool.install(|| measure(&sources, &settings, &interrupt))?;

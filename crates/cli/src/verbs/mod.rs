@@ -67,6 +67,8 @@ pub(crate) enum Verb {
     #[cfg(feature = "train")]
     Embed(embed::EmbedArgs),
     #[cfg(feature = "train")]
+    Predict(export::PredictArgs),
+    #[cfg(feature = "train")]
     Eval(eval::EvalArgs),
     Inspect(inspect::InspectArgs),
     Extract(extract::ExtractArgs),
@@ -122,6 +124,8 @@ impl Verb {
             Self::Replay(args) => replay::replay(args),
             #[cfg(feature = "train")]
             Self::Embed(args) => embed::embed(args),
+            #[cfg(feature = "train")]
+            Self::Predict(args) => export::predict(args).map(done),
             #[cfg(feature = "train")]
             Self::Eval(args) => eval::eval(args),
             Self::Inspect(args) => inspect::inspect(args).map(done),

@@ -34,8 +34,9 @@ pub(crate) struct RenderArgs {
     /// The PNG to write.
     #[arg(short, long, value_name = "PNG")]
     output: PathBuf,
-    /// What gives a face its color.
-    #[arg(long, value_enum, default_value_t = FaceLabel::Part)]
+    /// What gives a face its color: part, raw-part (before small parts were absorbed), type, face, or the name of a label layer that the
+    /// carriers store.
+    #[arg(long, value_name = "LABEL", default_value_t = FaceLabel::Part)]
     color: FaceLabel,
     /// Draw faces, types and parts of each shape side by side.
     #[arg(long)]
@@ -74,7 +75,7 @@ pub(crate) fn render(args: &RenderArgs) -> Result<()> {
     let scratch = std::env::temp_dir().join(format!("partprobe-render-{}", std::process::id()));
     let sources = args
         .shapes
-        .with_setting("label.attributes=[\"normal\"]")
+        .with_settings(["label.attributes=[\"normal\"]".to_owned()])
         .open(&scratch, &interrupt)?;
     let mut warnings: Vec<String> = sources
         .failed
@@ -184,7 +185,7 @@ fn drawn(
         ))
     );
     let style = PictureStyle {
-        label: args.color,
+        label: args.color.clone(),
         size: args.size as usize,
         viewpoint: args.view,
     };
@@ -201,9 +202,9 @@ fn drawn(
             "no face has a triangle"
         );
         let image = if args.stages {
-            style.stages(&carrier)
+            style.stages(&carrier)?
         } else {
-            style.picture(&carrier)
+            style.picture(&carrier)?
         };
         bar.inc(1);
         Ok(if shapes.len() > 1 {

@@ -22,7 +22,8 @@ pub(crate) struct FolderArgs {
 pub(crate) struct CommonArgs {
     #[command(flatten)]
     pub(super) folder: FolderArgs,
-    /// The label of a face: what gives it its color, its number and its mesh.
-    #[arg(long, visible_alias = "color", value_enum, default_value_t = FaceLabel::Part)]
+    /// The label of a face, which gives it its color, its number and its mesh: part, raw-part (before small parts were absorbed), type,
+    /// face, or the name of a label layer that the carriers store.
+    #[arg(long, visible_alias = "color", value_name = "LABEL", default_value_t = FaceLabel::Part)]
     pub(super) label: FaceLabel,
 }

@@ -75,11 +75,11 @@ impl ShapeExporter for BrepnetArgs {
 
     /// `<stem>.seg` with the label of each face, and the adjacency.
     fn files(&self, shape: &ShapeInput, carrier: &Carrier) -> Result<Files> {
-        let label = self.common.label;
-        let parts = label.parts_of_faces(carrier);
+        let label = &self.common.label;
+        let parts = label.parts_of_faces(carrier)?;
         let mut files = vec![(
             with_suffix(&shape.stem, "seg"),
-            integer_lines(&label.of_faces(carrier)).into_bytes(),
+            integer_lines(&label.of_faces(carrier)?).into_bytes(),
         )];
         match self.format {
             TableFormat::Json => {

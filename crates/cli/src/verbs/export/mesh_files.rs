@@ -73,11 +73,11 @@ impl ShapeExporter for GlbArgs {
     /// `<stem>.glb`.
     fn files(&self, shape: &ShapeInput, carrier: &Carrier) -> Result<Files> {
         ensure_surface(carrier)?;
-        let label = self.common.label;
+        let label = &self.common.label;
         let bytes = carrier_to_glb(
             carrier,
-            &label.parts_of_faces(carrier),
-            &label.colors_of_faces(carrier),
+            &label.parts_of_faces(carrier)?,
+            &label.colors_of_faces(carrier)?,
         )?;
         Ok(vec![(with_suffix(&shape.stem, "glb"), bytes)])
     }
@@ -98,13 +98,13 @@ impl ShapeExporter for PlyArgs {
     /// `<stem>.ply`.
     fn files(&self, shape: &ShapeInput, carrier: &Carrier) -> Result<Files> {
         ensure_surface(carrier)?;
-        let label = self.common.label;
+        let label = &self.common.label;
         let mesh = labeled_mesh(
             carrier,
-            &label.parts_of_faces(carrier),
+            &label.parts_of_faces(carrier)?,
             label,
             self.vertices,
-        );
+        )?;
         Ok(vec![(with_suffix(&shape.stem, "ply"), mesh_to_ply(&mesh))])
     }
 }
@@ -124,8 +124,8 @@ impl ShapeExporter for ObjArgs {
     /// `<stem>.obj`, `<stem>.seg` with the label of each triangle and `<stem>.fidx` with its source face.
     fn files(&self, shape: &ShapeInput, carrier: &Carrier) -> Result<Files> {
         ensure_surface(carrier)?;
-        let label = self.common.label;
-        let mesh = labeled_mesh(carrier, &label.of_faces(carrier), label, self.vertices);
+        let label = &self.common.label;
+        let mesh = labeled_mesh(carrier, &label.of_faces(carrier)?, label, self.vertices)?;
         Ok(vec![
             (
                 with_suffix(&shape.stem, "obj"),
@@ -144,17 +144,20 @@ impl ShapeExporter for ObjArgs {
 }
 
 /// The mesh with a number and a color on each triangle.
+///
+/// # Errors
+/// If the carrier does not have the label layer.
 pub(super) fn labeled_mesh(
     carrier: &Carrier,
     numbers: &[i32],
-    label: FaceLabel,
+    label: &FaceLabel,
     vertices: Vertices,
-) -> LabeledMesh {
-    let colors = label.colors_of_faces(carrier);
-    match vertices {
+) -> Result<LabeledMesh> {
+    let colors = label.colors_of_faces(carrier)?;
+    Ok(match vertices {
         Vertices::Welded => LabeledMesh::welded(carrier, numbers, &colors),
         Vertices::Split => LabeledMesh::split_at_faces(carrier, numbers, &colors),
-    }
+    })
 }
 
 /// A path with an extension behind the whole name: ids may hold points.

@@ -2,7 +2,7 @@
 //!
 //! What goes in are carriers (or files, which are labeled first); what comes out is a folder with the files of each
 //! shape, `export.json` with the settings and, written last, `shapes.jsonl` with a line for each shape.
-//! No label is computed here: part, type and face are those of the carrier.
+//! `predict` writes the same kind of folder. No label of an export is computed here: part, type, face and layers are those of the carrier.
 
 mod batch;
 mod common_args;
@@ -15,10 +15,16 @@ mod outputs;
 mod part_files;
 mod partfield_input;
 mod pointcept;
+#[cfg(feature = "train")]
+mod predicted_labels;
+#[cfg(feature = "train")]
+mod predictions;
 mod session;
 mod shape_line;
 mod verb;
 
 pub(crate) use pointcept::SIDES;
+#[cfg(feature = "train")]
+pub(crate) use predictions::{PredictArgs, predict};
 pub(crate) use shape_line::{SHAPES_FILE, ShapeLine};
 pub(crate) use verb::{ExportArgs, export};

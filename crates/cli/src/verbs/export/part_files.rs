@@ -48,9 +48,9 @@ impl ShapeExporter for PartsArgs {
 
     /// `<stem>/part_0003.ply` for each label that has triangles, and `<stem>/parts.json`.
     fn files(&self, shape: &ShapeInput, carrier: &Carrier) -> Result<Files> {
-        let label = self.common.label;
-        let numbers = label.of_faces(carrier);
-        let mesh = labeled_mesh(carrier, &numbers, label, Vertices::Welded);
+        let label = &self.common.label;
+        let numbers = label.of_faces(carrier)?;
+        let mesh = labeled_mesh(carrier, &numbers, label, Vertices::Welded)?;
         let mut triangles_of: BTreeMap<i32, Vec<usize>> = BTreeMap::new();
         for (triangle, &part) in mesh.part.iter().enumerate() {
             triangles_of.entry(part).or_default().push(triangle);
@@ -86,7 +86,7 @@ impl ShapeExporter for PartsArgs {
 struct PartList<'a> {
     format_version: u32,
     id: &'a str,
-    label: FaceLabel,
+    label: &'a FaceLabel,
     parts: Vec<PartEntry>,
 }
 

@@ -176,7 +176,7 @@ impl SplitShapes {
     fn new(args: &PointceptArgs, session: &ExportSession) -> Result<Self> {
         let shapes: Vec<&ShapeInput> = session.sources.shapes.iter().collect();
         let looks = session.batch().map("compare", &shapes, |shape, carrier| {
-            Ok(Look::at(args, shape, carrier))
+            Look::at(args, shape, carrier)
         })?;
         let (mut candidates, mut failed) = (Vec::new(), Vec::new());
         let mut left_out: BTreeMap<String, Vec<String>> = BTreeMap::new();
@@ -249,21 +249,23 @@ enum Look {
 }
 
 impl Look {
-    fn at(args: &PointceptArgs, shape: &ShapeInput, carrier: &Carrier) -> Self {
-        let n_parts = Labels::compacted(&args.common.label.of_faces(carrier)).n_labels() as usize;
+    fn at(args: &PointceptArgs, shape: &ShapeInput, carrier: &Carrier) -> Result<Self> {
+        let number_of_face = args.common.label.of_faces(carrier)?;
+        let n_parts = Labels::compacted(&number_of_face).n_labels() as usize;
         if n_parts < args.min_parts {
-            return Self::LeftOut(format!("fewer than {} parts", args.min_parts));
+            let reason = format!("fewer than {} parts", args.min_parts);
+            return Ok(Self::LeftOut(reason));
         }
         if let Some(most) = args.max_parts.filter(|&most| most < n_parts) {
-            return Self::LeftOut(format!("more than {most} parts"));
+            return Ok(Self::LeftOut(format!("more than {most} parts")));
         }
-        Self::Candidate(Box::new(SplitCandidate {
+        Ok(Self::Candidate(Box::new(SplitCandidate {
             id: shape.id.clone(),
             collection: shape.source.clone(),
             n_parts,
             signature: signature_of_carrier(carrier),
             descriptor: Descriptor::of(carrier.mesh()),
-        }))
+        })))
     }
 }
 
@@ -280,7 +282,7 @@ fn shape_files(
         seed: args.seed,
     };
     let sample = points_of(&shape.id, carrier, &config)?;
-    let number_of_face = args.common.label.of_faces(carrier);
+    let number_of_face = args.common.label.of_faces(carrier)?;
     let class_of_face = classes_of_faces(carrier, &number_of_face);
     let of_points = |of_face: &[i32]| -> Vec<i32> {
         sample

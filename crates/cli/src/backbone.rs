@@ -1,0 +1,103 @@
+//! Opens a trained backbone: a run folder or a file of weights goes in, the network and the settings by which it prepares shapes come out.
+
+use crate::config::{Config, load, overrides_of_preparation};
+use crate::run::{RunFolder, read_weights};
+use crate::usage::UsageError;
+use anyhow::{Context, Result, ensure};
+use partprobe_carrier::{Embeddings, PointSample};
+use partprobe_net::{Backend, Model, ModelFile, Tokens};
+use std::fs;
+use std::path::PathBuf;
+
+/// Which backbone to use.
+#[derive(Clone, Debug, clap::Args)]
+pub(crate) struct BackboneArgs {
+    /// The run folder with the trained backbone, or a file of weights.
+    #[arg(value_name = "RUN|WEIGHTS")]
+    run: PathBuf,
+    /// Which backbone of the run; the config's first supervision if not given.
+    #[arg(long, value_name = "SOURCE")]
+    supervision: Option<String>,
+    /// Which training seed; the config's first if not given.
+    #[arg(long)]
+    seed: Option<u64>,
+}
+
+/// A trained network, and the config by which shapes are prepared for it.
+pub(crate) struct Backbone {
+    pub(crate) model: Model,
+    pub(crate) config: Config,
+}
+
+impl BackboneArgs {
+    /// Opens the backbone; `overrides` are laid over its settings.
+    ///
+    /// # Errors
+    /// If there is no such backbone, its file is damaged, or an override is wrong.
+    pub(crate) fn open(&self, overrides: &[String], backend: Backend) -> Result<Backbone> {
+        if self.run.is_file() {
+            self.of_file(overrides, backend)
+        } else {
+            self.of_run(overrides, backend)
+        }
+    }
+
+    /// The backbone of a run folder, with the run's own settings.
+    fn of_run(&self, overrides: &[String], backend: Backend) -> Result<Backbone> {
+        let folder = RunFolder::existing(&self.run)?;
+        let config = load(&folder.path("config.toml").to_string_lossy(), overrides)?.config;
+        config.ensure_point_probe()?;
+        let compare = &config.compare;
+        let supervision = self.supervision.as_ref().unwrap_or(&compare.supervision[0]);
+        ensure!(
+            compare.supervision.contains(supervision),
+            UsageError(format!(
+                "the run has no backbone `{supervision}`, only {}",
+                compare.supervision.join(", ")
+            ))
+        );
+        let seed = self.seed.unwrap_or(compare.seeds[0]);
+        let weights = read_weights(&folder, supervision, seed)?;
+        let model = Model::from_safetensors(&config.net, &weights, backend)?;
+        Ok(Backbone { model, config })
+    }
+
+    /// The backbone of a file of weights, with the settings that stand in it over those of `base`.
+    fn of_file(&self, overrides: &[String], backend: Backend) -> Result<Backbone> {
+        ensure!(
+            self.supervision.is_none() && self.seed.is_none(),
+            UsageError(
+                "--supervision and --seed choose a backbone of a run folder; a file of weights holds one".to_owned()
+            )
+        );
+        let bytes =
+            fs::read(&self.run).with_context(|| format!("reading {}", self.run.display()))?;
+        let ModelFile {
+            model, preparation, ..
+        } = ModelFile::from_bytes(&bytes, backend)
+            .with_context(|| self.run.display().to_string())?;
+        let mut all = overrides_of_preparation(&preparation);
+        all.extend(overrides.iter().cloned());
+        let mut config = load("base", &all)?.config;
+        // The layer behind the head belongs to the file, unless the user asks for another one.
+        let refine = config.net.refine.take();
+        config.net = model.config().clone();
+        config.net.refine = refine.or(config.net.refine);
+        Ok(Backbone { model, config })
+    }
+}
+
+impl Backbone {
+    /// The tokens of a sample, and a unit row for each of them, refined if the network has a layer for that.
+    ///
+    /// # Errors
+    /// If the points cannot be cut into tokens, or the weights make numbers that are not finite.
+    pub(crate) fn embedded(&self, sample: &PointSample) -> Result<(Tokens, Embeddings)> {
+        let (tokens, raw) = self.model.embed_sample(sample, &self.config.tokens)?;
+        let embeddings = match &self.config.net.refine {
+            None => raw,
+            Some(refine) => refine.refined(&raw, &tokens.multiplicity)?,
+        };
+        Ok((tokens, embeddings))
+    }
+}

@@ -1,0 +1,236 @@
+//! Runs `partprobe predict`: a trained backbone divides shapes into parts.
+//!
+//! What goes in are data sets, and shapes of any kind that `label` reads. What comes out for each shape are its carrier with the predicted
+//! labels, a label for each face, and a label for each point. Nothing is scored here.
+
+use super::batch::Files;
+use super::common_args::FolderArgs;
+use super::mesh_files::with_suffix;
+use super::outputs::Outputs;
+use super::predicted_labels::PredictedLabels;
+use super::session::ExportSession;
+use super::shape_line::ShapeLine;
+use crate::backbone::{Backbone, BackboneArgs};
+use crate::config::NormalConfig;
+use crate::points::points_of;
+use crate::run::npz_bytes;
+use crate::shape_input::ShapeInput;
+use crate::usage::UsageError;
+use anyhow::{Result, ensure};
+use partprobe_carrier::{Carrier, ShapeKind};
+use partprobe_cluster::ClustererFactory;
+use partprobe_formats::{Array, Compression, carrier_to_npz, integer_lines};
+use partprobe_net::Backend;
+use serde_json::json;
+use std::str::FromStr;
+
+/// The files that this verb writes.
+const OUTPUTS: &[Outputs] = &[Outputs {
+    extensions: &["npz", "seg"],
+    file_names: &[],
+}];
+/// The clusterer that finds the number of clusters itself.
+const FINDS_K: &str = "modes";
+
+/// Divide shapes into parts with a trained backbone
+#[derive(Clone, Debug, clap::Args)]
+#[command(after_help = "Examples:
+  partprobe predict runs/mine bracket.step --out parts/
+  partprobe predict model.safetensors scan.ply mesh.obj --k 6 --out parts/
+  partprobe predict runs/mine dataset/ --k step-parts --clusterer average-link --out parts/
+  partprobe render parts/bracket.npz --color predicted -o parts.png
+  partprobe export glb parts/bracket.npz --label predicted --out glb/
+
+RUN is a run folder, or the model.safetensors of one. Shapes are prepared as the run prepared its own.
+Each shape gives
+  <id>.npz         its carrier with the label layer `predicted`; of a mesh or a point cloud, with these labels in place of given ones
+  <id>.seg         a label for each face, in the order of the file; only for shapes with a B-Rep
+  <id>.points.npz  points, normals and predicted i32: a label for each point that was embedded
+A face takes the label that most of its points have. A face without a point takes that of the nearest point.
+Exit codes: 0 at least one shape was divided, 1 none, or a carrier is damaged, 2 wrong usage.")]
+pub(crate) struct PredictArgs {
+    #[command(flatten)]
+    backbone: BackboneArgs,
+    #[command(flatten)]
+    folder: FolderArgs,
+    /// The number of parts: `auto` finds it, `step-parts` takes as many as the part rule finds, or a number.
+    #[arg(long, value_name = "K", default_value = "auto")]
+    k: PartCount,
+    /// The clustering, if the number of parts is given: k-means or average-link.
+    #[arg(long, value_name = "NAME", default_value = "k-means")]
+    clusterer: String,
+}
+
+/// Where the number of parts comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum PartCount {
+    /// The clustering finds it.
+    Auto,
+    /// As many as the part rule finds.
+    StepParts,
+    /// This many.
+    Fixed(usize),
+}
+
+impl FromStr for PartCount {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match (text, text.parse()) {
+            ("auto", _) => Ok(Self::Auto),
+            ("step-parts", _) => Ok(Self::StepParts),
+            (_, Ok(n @ 1..)) => Ok(Self::Fixed(n)),
+            _ => Err("give auto, step-parts or a number from 1 up".to_owned()),
+        }
+    }
+}
+
+/// Divides the shapes.
+///
+/// # Errors
+/// If there is no such backbone, no shape could be divided, or the folder cannot be written to.
+pub(crate) fn predict(args: &PredictArgs) -> Result<()> {
+    let clusterer = args.clusterer()?;
+    let backbone = args
+        .backbone
+        .open(args.folder.shapes.settings(), Backend::default())?;
+    let settings = json!({
+        "clusterer": clusterer.name,
+        "refine": backbone.config.net.refine,
+        "sample": backbone.config.sample,
+        "tokens": backbone.config.tokens,
+    });
+    let folder = args.folder_for(&backbone)?;
+    let session = ExportSession::new("predictions", &folder, &settings, OUTPUTS)?;
+    let shapes: Vec<&ShapeInput> = session.sources.shapes.iter().collect();
+    let prediction = Prediction {
+        backbone: &backbone,
+        clusterer,
+        k: args.k,
+    };
+    let mut lines = session
+        .batch()
+        .write(&shapes, |shape, carrier| prediction.files(shape, carrier))?;
+    lines.extend(session.sources.failed.iter().map(ShapeLine::from));
+    session.batch().conclude(&lines)
+}
+
+impl PredictArgs {
+    fn clusterer(&self) -> Result<&'static ClustererFactory> {
+        let name = if self.k == PartCount::Auto {
+            FINDS_K
+        } else {
+            &self.clusterer
+        };
+        let found = ClustererFactory::named(name).filter(|_| {
+            let takes_k = self.clusterer != FINDS_K;
+            self.k == PartCount::Auto || takes_k
+        });
+        found.ok_or_else(|| {
+            UsageError(format!(
+                "`--clusterer {}` does not take a number of parts; choose k-means or average-link, or leave out --k",
+                self.clusterer
+            ))
+            .into()
+        })
+    }
+
+    /// The shapes, labeled as the backbone's own were.
+    fn folder_for(&self, backbone: &Backbone) -> Result<FolderArgs> {
+        let mut folder = self.folder.clone();
+        let mut settings = backbone.config.label.overrides()?;
+        if backbone.config.sample.normals == NormalConfig::Analytic {
+            settings.push("label.attributes=[\"normal\"]".to_owned());
+        }
+        folder.shapes = folder
+            .shapes
+            .with_settings(settings)
+            .for_more_than_labeling();
+        Ok(folder)
+    }
+}
+
+/// What all shapes are divided with.
+struct Prediction<'a> {
+    backbone: &'a Backbone,
+    clusterer: &'static ClustererFactory,
+    k: PartCount,
+}
+
+impl Prediction<'_> {
+    fn files(&self, shape: &ShapeInput, carrier: &Carrier) -> Result<Files> {
+        let config = &self.backbone.config;
+        let sample = points_of(&carrier.meta().id, carrier, &config.sample)?;
+        let (tokens, embeddings) = self.backbone.embedded(&sample)?;
+        let clusterer = (self.clusterer.make)(&config.eval.clusterer_settings());
+        let clusters = clusterer.cluster(
+            &embeddings,
+            &tokens.multiplicity,
+            self.n_parts(carrier)?,
+            config.eval.seed,
+            &shape.id,
+        )?;
+        let of_point = tokens
+            .token_of_point
+            .iter()
+            .map(|&token| clusters.assignment[token as usize] as i32)
+            .collect();
+        let labels = PredictedLabels::new(carrier, &sample, of_point);
+
+        let labeled = labels.carrier(carrier)?;
+        let points = vec![
+            ("points".to_owned(), Array::rows(&sample.points)),
+            ("normals".to_owned(), Array::rows(&sample.normals)),
+            (
+                "predicted".to_owned(),
+                Array::vector(labels.of_point().to_vec()),
+            ),
+        ];
+        let mut files = vec![
+            (
+                with_suffix(&shape.stem, "npz"),
+                carrier_to_npz(&labeled, Compression::Stored)?,
+            ),
+            (with_suffix(&shape.stem, "points.npz"), npz_bytes(points)?),
+        ];
+        if carrier.kind() == ShapeKind::Brep {
+            let lines = integer_lines(&labels.of_faces(carrier)).into_bytes();
+            files.push((with_suffix(&shape.stem, "seg"), lines));
+        }
+        Ok(files)
+    }
+
+    fn n_parts(&self, carrier: &Carrier) -> Result<usize> {
+        match self.k {
+            // A clustering that finds the number does not look at it.
+            PartCount::Auto => Ok(1),
+            PartCount::Fixed(n) => Ok(n),
+            PartCount::StepParts => {
+                ensure!(
+                    carrier.kind() == ShapeKind::Brep,
+                    "it has no B-Rep, so the part rule finds no parts; give --k a number, or `auto`"
+                );
+                Ok(carrier.n_parts().max(1))
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_number_of_parts_is_found_taken_or_given() {
+        for (text, expected) in [
+            ("auto", Some(PartCount::Auto)),
+            ("step-parts", Some(PartCount::StepParts)),
+            ("7", Some(PartCount::Fixed(7))),
+            ("0", None),
+            ("-1", None),
+            ("many", None),
+        ] {
+            assert_eq!(text.parse::<PartCount>().ok(), expected, "{text}");
+        }
+    }
+}

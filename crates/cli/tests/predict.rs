@@ -1,0 +1,262 @@
+//! Tests `partprobe predict` as a user runs it: on STEP files, data sets and meshes, and what the other verbs do with its files.
+
+#![allow(
+    clippy::unwrap_used,
+    reason = "a helper of a test may panic like the test itself"
+)]
+
+mod fixture;
+mod folder;
+
+use fixture::{Fixture, assert_code};
+use folder::contents;
+use partprobe_carrier::{Carrier, GIVEN};
+use partprobe_formats::{arrays_from_npz, carrier_from_npz};
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+
+const WEIGHTS: &str = "first/checkpoints/step-parts-0/model.safetensors";
+
+fn carrier(file: &Path) -> Carrier {
+    carrier_from_npz(&fs::read(file).unwrap()).unwrap()
+}
+
+/// The most frequent label of each face, the lowest at a tie; faces without a point are missing.
+fn majority(carrier: &Carrier, triangles: &[u32], labels: &[i32]) -> BTreeMap<u32, i32> {
+    let mut counts: BTreeMap<u32, BTreeMap<i32, usize>> = BTreeMap::new();
+    for (&triangle, &label) in triangles.iter().zip(labels) {
+        let face = carrier.mesh().tri_face[triangle as usize];
+        *counts.entry(face).or_default().entry(label).or_default() += 1;
+    }
+    let winner = |counts: BTreeMap<i32, usize>| {
+        let most = counts.values().max().copied().unwrap();
+        counts.into_iter().find(|(_, n)| *n == most).unwrap().0
+    };
+    counts
+        .into_iter()
+        .map(|(face, counts)| (face, winner(counts)))
+        .collect()
+}
+
+#[test]
+fn shapes_are_divided_and_other_verbs_read_the_labels() {
+    let fixture = Fixture::new();
+    let data = "first/data/carriers";
+    let predict = |out: &str, more: &[&str]| {
+        let fixed = ["predict", "first", data, "--k", "step-parts", "--out", out];
+        assert_code(&fixture.program(&[&fixed[..], more].concat()), 0);
+    };
+    predict("parts", &["--jobs", "1"]);
+    predict("again", &["--jobs", "3"]);
+    let files = contents(&fixture.path("parts"));
+    assert_eq!(files, contents(&fixture.path("again")));
+
+    let mut n_shapes = 0;
+    for seg in files
+        .keys()
+        .filter(|file| file.extension().is_some_and(|e| e == "seg"))
+    {
+        n_shapes += 1;
+        let file = fixture.path("parts").join(seg.with_extension("npz"));
+        let carrier = carrier(&file);
+        let predicted = carrier.layer("predicted").unwrap();
+        let lines: Vec<i32> = fs::read_to_string(fixture.path("parts").join(seg))
+            .unwrap()
+            .lines()
+            .map(|line| line.parse().unwrap())
+            .collect();
+        assert_eq!(lines, predicted.of_face());
+        assert!((1..=carrier.n_parts()).contains(&predicted.n_labels()));
+
+        let points = fs::read(file.with_extension("points.npz")).unwrap();
+        let of_point = arrays_from_npz(&points)
+            .unwrap()
+            .vector::<i32>("predicted")
+            .unwrap();
+        // The points are those that a training with the same settings draws.
+        let sample = partprobe_carrier::sample_by_area(
+            carrier.mesh(),
+            600,
+            partprobe_carrier::NormalKind::Triangle,
+            &mut partprobe_carrier::keyed_rng(0, &["sample", &carrier.meta().id]),
+        )
+        .unwrap();
+        for (face, label) in majority(&carrier, &sample.triangles, &of_point) {
+            assert_eq!(lines[face as usize], label);
+        }
+    }
+    assert!(n_shapes > 5, "{n_shapes}");
+
+    let labeled = files
+        .keys()
+        .find(|file| file.extension().is_some_and(|e| e == "seg"));
+    let labeled = Path::new("parts").join(labeled.unwrap().with_extension("npz"));
+    let labeled = labeled.to_str().unwrap();
+    for arguments in [
+        &["render", labeled, "--color", "predicted", "-o", "parts.png"][..],
+        &[
+            "export",
+            "glb",
+            labeled,
+            "--label",
+            "predicted",
+            "--out",
+            "glb",
+        ],
+        &[
+            "export",
+            "obj",
+            labeled,
+            "--label",
+            "predicted",
+            "--out",
+            "obj",
+        ],
+        // The .seg files are label files like any other.
+        &[
+            "sources",
+            "step-parts",
+            "mine",
+            "--data",
+            data,
+            "--out",
+            "card",
+            "--set",
+            "sources.mine.type=faces",
+            "--set",
+            "sources.mine.path=parts",
+        ],
+    ] {
+        assert_code(&fixture.program(arguments), 0);
+    }
+    let refused = fixture.program(&[
+        "export", "ply", labeled, "--label", "ward-20", "--out", "ply",
+    ]);
+    assert_code(&refused, 1);
+    let told = String::from_utf8_lossy(&refused.stderr).into_owned();
+    assert!(
+        told.contains(
+            "it has no label layer `ward-20`, only predicted, step-parts, step-parts-raw"
+        ),
+        "{told}"
+    );
+}
+
+#[test]
+fn step_files_meshes_and_clouds_are_prepared_as_the_training_was() {
+    let fixture = Fixture::new();
+    let corners = [
+        [0.0, 0.0, 0.0],
+        [4.0, 0.0, 0.0],
+        [0.0, 3.0, 0.0],
+        [0.0, 0.0, 2.0_f64],
+    ];
+    let vertices = corners.map(|[x, y, z]| format!("v {x} {y} {z}\n")).concat();
+    let obj = vertices + "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+    fs::write(fixture.path("block.obj"), obj).unwrap();
+    let rows: Vec<String> = (0..60)
+        .map(|n| format!("{} {} {} 0 0 1\n", n % 10, n / 10, f64::from(n % 7) * 0.1))
+        .collect();
+    fs::write(fixture.path("cloud.xyz"), rows.concat()).unwrap();
+
+    let two = [
+        "predict",
+        WEIGHTS,
+        "block.obj",
+        "cloud.xyz",
+        "--k",
+        "2",
+        "--out",
+        "two",
+    ];
+    assert_code(&fixture.program(&two), 0);
+    for name in ["block", "cloud"] {
+        let carrier = carrier(&fixture.path("two").join(format!("{name}.npz")));
+        assert_eq!(carrier.layer("predicted"), carrier.layer(GIVEN));
+        assert!((1..=2).contains(&carrier.n_parts()), "{name}");
+        assert!(!fixture.path("two").join(format!("{name}.seg")).exists());
+    }
+
+    let step = fs::read_dir(fixture.path("first/data/step"))
+        .unwrap()
+        .next()
+        .unwrap();
+    let step = step.unwrap().path();
+    let step = step.to_str().unwrap();
+    // Without a number, the clustering finds one; settings of the network are the caller's.
+    let found = [
+        "predict",
+        "first",
+        step,
+        "--out",
+        "found",
+        "--set",
+        "tokens.test_tokens=32",
+    ];
+    assert_code(&fixture.program(&found), 0);
+
+    for (arguments, code, error) in [
+        (
+            &["predict", "first", step, "--out", "found"][..],
+            2,
+            "is not empty",
+        ),
+        (
+            &["predict", "first", step, "--out", "x", "--k", "0"],
+            2,
+            "a number from 1 up",
+        ),
+        (
+            &[
+                "predict",
+                "first",
+                step,
+                "--out",
+                "x",
+                "--k",
+                "3",
+                "--clusterer",
+                "modes",
+            ],
+            2,
+            "does not take a number of parts",
+        ),
+        (
+            &[
+                "predict",
+                WEIGHTS,
+                "block.obj",
+                "--out",
+                "x",
+                "--k",
+                "step-parts",
+            ],
+            1,
+            "it has no B-Rep",
+        ),
+        (
+            &[
+                "predict",
+                "first",
+                step,
+                "--out",
+                "x",
+                "--supervision",
+                "ward-20",
+            ],
+            2,
+            "the run has no backbone `ward-20`",
+        ),
+        (
+            &["predict", "nowhere", step, "--out", "x"],
+            1,
+            "nowhere is not a run folder",
+        ),
+    ] {
+        let output = fixture.program(arguments);
+        let told = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(told.contains(error), "{arguments:?}: {told}");
+        assert_code(&output, code);
+    }
+}
