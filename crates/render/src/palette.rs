@@ -1,56 +1,62 @@
 //! Colors that tell labels apart.
 
 use partprobe_carrier::FaceType;
+use std::cmp::Reverse;
 use std::collections::BTreeSet;
 
 /// Red, green and blue.
 pub type Rgb = [u8; 3];
 
-/// The colors that labels get; all are light enough to be shaded, and far from white and black.
-const COLORS: [[u8; 3]; 18] = [
-    [92, 158, 219],
+/// The colors that labels get; all are light enough to be shaded, and far from white, black and the grey of what has no label.
+///
+/// Each two differ by at least 15 in CIE L*a*b* (CIE 1976), for full color vision and for deuteranopes as Machado, Oliveira and
+/// Fernandes (2009) simulate them. The first ones are used most.
+const COLORS: [Rgb; 20] = [
+    [72, 108, 180],
     [242, 142, 72],
     [112, 188, 106],
-    [226, 98, 104],
     [160, 124, 208],
-    [240, 200, 80],
-    [86, 190, 190],
     [236, 140, 190],
-    [168, 128, 98],
-    [150, 170, 70],
-    [78, 118, 188],
+    [216, 204, 60],
+    [72, 204, 252],
+    [180, 84, 72],
     [190, 210, 120],
-    [200, 90, 150],
-    [120, 200, 235],
-    [245, 175, 145],
-    [90, 146, 104],
+    [60, 120, 156],
+    [72, 204, 144],
+    [168, 132, 60],
     [200, 180, 230],
-    [190, 150, 60],
+    [90, 146, 104],
+    [204, 108, 180],
+    [252, 192, 204],
+    [156, 144, 252],
+    [216, 216, 168],
+    [120, 96, 216],
+    [180, 72, 132],
 ];
 /// The color of what has no label.
 pub(crate) const UNLABELED: Rgb = [150; 3];
 /// Neighbors whose colors are further apart than this (squared) are told apart without effort.
 const FAR_APART: i32 = 110 * 110;
 
-/// The color of a primitive type; the same in every picture and file.
+/// The color of a primitive type; the same in every picture and file. Each two differ as those of labels do.
 #[must_use]
 pub fn color_of_type(face_type: FaceType) -> [u8; 3] {
     match face_type {
-        FaceType::Plane => [128, 170, 214],
-        FaceType::Cylinder => [242, 152, 78],
-        FaceType::Cone => [240, 204, 88],
-        FaceType::Sphere => [222, 96, 102],
-        FaceType::Torus => [118, 190, 112],
-        FaceType::Bezier => [206, 186, 232],
-        FaceType::Bspline => [158, 122, 206],
-        FaceType::Revolution => [86, 190, 190],
-        FaceType::Extrusion => [236, 142, 190],
-        FaceType::Offset => [156, 172, 74],
+        FaceType::Plane => [126, 171, 215],
+        FaceType::Cylinder => [243, 152, 79],
+        FaceType::Cone => [248, 212, 92],
+        FaceType::Sphere => [211, 88, 92],
+        FaceType::Torus => [130, 198, 121],
+        FaceType::Bezier => [210, 193, 241],
+        FaceType::Bspline => [148, 117, 201],
+        FaceType::Revolution => [60, 185, 185],
+        FaceType::Extrusion => [252, 153, 195],
+        FaceType::Offset => [143, 163, 73],
         FaceType::Other => [140, 140, 140],
     }
 }
 
-/// A color for each label, such that labels that touch look different.
+/// A color for each label, such that labels that touch never share one.
 ///
 /// `labels` has an entry for each face and `pairs` are faces that touch; the result has an entry for each face too.
 /// A face with a negative label is grey.
@@ -76,45 +82,62 @@ pub fn colors_of_labels(labels: &[i32], pairs: impl Iterator<Item = [u32; 2]>) -
 
 /// A color for each label. `neighbors` are the labels that each label touches; `fixed` gives the colors that are decided
 /// already, and may be shorter.
+///
+/// Labels with many neighbors choose first, so that a large part between many small ones still finds a color (Welsh and Powell 1967).
 pub(crate) fn chosen_colors(neighbors: &[BTreeSet<usize>], fixed: &[Option<Rgb>]) -> Vec<Rgb> {
     let decided = |label: usize| fixed.get(label).copied().flatten();
     let mut chosen: Vec<Option<Rgb>> = (0..neighbors.len()).map(decided).collect();
     let mut n_uses = COLORS.map(|color| chosen.iter().filter(|&&used| used == Some(color)).count());
-    for (label, touching) in neighbors.iter().enumerate() {
+    let mut order: Vec<usize> = (0..neighbors.len()).collect();
+    order.sort_by_key(|&label| (Reverse(neighbors[label].len()), label));
+
+    for label in order {
         if chosen[label].is_some() {
             continue;
         }
-        let taken: Vec<Rgb> = touching.iter().filter_map(|&other| chosen[other]).collect();
-        let color = best_color(&taken, &n_uses);
-        n_uses[color] += 1;
-        chosen[label] = Some(COLORS[color]);
+        let touching = neighbors[label].iter();
+        let taken: Vec<Rgb> = touching.filter_map(|&other| chosen[other]).collect();
+        chosen[label] = Some(match best_color(&taken, &n_uses) {
+            Some(color) => {
+                n_uses[color] += 1;
+                COLORS[color]
+            }
+            None => further_color(&taken),
+        });
     }
     let color = |color: Option<Rgb>| color.unwrap_or(UNLABELED);
     chosen.into_iter().map(color).collect()
 }
 
-/// The color that is far from all taken ones; among those the least used, then the first.
-fn best_color(taken: &[[u8; 3]], n_uses: &[usize; COLORS.len()]) -> usize {
-    let margin = |color: [u8; 3]| {
-        taken
-            .iter()
-            .map(|&other| distance(color, other))
-            .min()
-            .unwrap_or(FAR_APART)
-    };
+/// The color that is far from all taken ones; among those the least used, then the first. `None` if all are taken.
+fn best_color(taken: &[Rgb], n_uses: &[usize; COLORS.len()]) -> Option<usize> {
     let rank = |color: usize| {
-        (
-            margin(COLORS[color]).min(FAR_APART),
-            std::cmp::Reverse((n_uses[color], color)),
-        )
+        let margin = margin(COLORS[color], taken).min(FAR_APART);
+        (margin, Reverse((n_uses[color], color)))
     };
     (0..COLORS.len())
+        .filter(|&color| !taken.contains(&COLORS[color]))
         .max_by_key(|&color| rank(color))
-        .unwrap_or(0)
+}
+
+/// A color outside of the list, as far as possible from those that are taken.
+fn further_color(taken: &[Rgb]) -> Rgb {
+    let levels = || (6..=24).map(|level| level * 10);
+    let grid = levels().flat_map(|r| levels().flat_map(move |g| levels().map(move |b| [r, g, b])));
+    // The first of the farthest, so that nothing but the taken colors decides.
+    grid.map(|color| (margin(color, taken), Reverse(color)))
+        .max()
+        .map_or(UNLABELED, |(_, Reverse(color))| color)
+}
+
+/// The square of the distance to the nearest of these colors.
+fn margin(color: Rgb, others: &[Rgb]) -> i32 {
+    let distances = others.iter().map(|&other| distance(color, other));
+    distances.min().unwrap_or(FAR_APART)
 }
 
 /// The square of the distance of two colors.
-fn distance(a: [u8; 3], b: [u8; 3]) -> i32 {
+fn distance(a: Rgb, b: Rgb) -> i32 {
     (0..3)
         .map(|channel| (i32::from(a[channel]) - i32::from(b[channel])).pow(2))
         .sum()
@@ -124,20 +147,103 @@ fn distance(a: [u8; 3], b: [u8; 3]) -> i32 {
 mod tests {
     use super::*;
 
-    #[test]
-    fn neighbors_look_different() {
-        // A fan: label 0 touches all others, each other touches the next.
-        let labels: Vec<i32> = (0..60).collect();
-        let spokes = (1..60).map(|other| [0, other]);
-        let rim = (1..59).map(|other| [other, other + 1]);
-        let pairs: Vec<[u32; 2]> = spokes.chain(rim).collect();
-        let colors = colors_of_labels(&labels, pairs.iter().copied());
-        for [a, b] in pairs {
-            assert!(
-                distance(colors[a as usize], colors[b as usize]) > 50 * 50,
-                "{a} and {b}"
-            );
+    /// Intensities of light from 0 to 1, which a screen shows for a color (sRGB, IEC 61966-2-1).
+    fn light(color: Rgb) -> [f64; 3] {
+        color.map(|value| match f64::from(value) / 255.0 {
+            low if low <= 0.04045 => low / 12.92,
+            high => ((high + 0.055) / 1.055).powf(2.4),
+        })
+    }
+
+    fn product(matrix: [[f64; 3]; 3], vector: [f64; 3]) -> [f64; 3] {
+        matrix.map(|row| row.iter().zip(vector).map(|(a, b)| a * b).sum())
+    }
+
+    /// What a deuteranope sees of it (Machado, Oliveira and Fernandes 2009, severity 1).
+    fn deuteranopia(light: [f64; 3]) -> [f64; 3] {
+        let matrix = [
+            [0.367_322, 0.860_646, -0.227_968],
+            [0.280_085, 0.672_501, 0.047_413],
+            [-0.011_820, 0.042_940, 0.968_881],
+        ];
+        product(matrix, light).map(|value| value.clamp(0.0, 1.0))
+    }
+
+    /// Lightness and the two opponent colors (CIE 1976 L*a*b*, white D65).
+    fn lab(light: [f64; 3]) -> [f64; 3] {
+        let to_xyz = [
+            [0.412_456_4, 0.357_576_1, 0.180_437_5],
+            [0.212_672_9, 0.715_152_2, 0.072_175_0],
+            [0.019_333_9, 0.119_192_0, 0.950_304_1],
+        ];
+        let [x, y, z] = product(to_xyz, light);
+        let [x, y, z] = [x / 0.950_47, y, z / 1.088_83].map(|ratio| {
+            if ratio > 216.0 / 24_389.0 {
+                ratio.cbrt()
+            } else {
+                (24_389.0 / 27.0 * ratio + 16.0) / 116.0
+            }
+        });
+        [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]
+    }
+
+    fn difference(a: [f64; 3], b: [f64; 3]) -> f64 {
+        let squares = a.iter().zip(b).map(|(a, b)| (a - b).powi(2));
+        squares.sum::<f64>().sqrt()
+    }
+
+    /// The difference of two colors, for full color vision or for deuteranopes, whichever is smaller.
+    fn seen_difference(a: Rgb, b: Rgb) -> f64 {
+        let full = difference(lab(light(a)), lab(light(b)));
+        let dichromat = difference(lab(deuteranopia(light(a))), lab(deuteranopia(light(b))));
+        full.min(dichromat)
+    }
+
+    #[track_caller]
+    fn check_palette(colors: &[Rgb]) {
+        for (idx, &a) in colors.iter().enumerate() {
+            for &b in &colors[..idx] {
+                let seen = seen_difference(a, b);
+                assert!(seen >= 15.0, "{a:?} and {b:?}: {seen:.1}");
+            }
         }
+    }
+
+    #[test]
+    fn each_two_colors_differ_for_everybody() {
+        check_palette(&COLORS);
+        check_palette(&FaceType::ALL.map(color_of_type));
+        for color in COLORS {
+            assert!(seen_difference(color, UNLABELED) >= 8.0, "{color:?}");
+        }
+    }
+
+    #[track_caller]
+    fn check_touching(n_labels: i32, pairs: &[[u32; 2]]) {
+        let labels: Vec<i32> = (0..n_labels).collect();
+        let colors = colors_of_labels(&labels, pairs.iter().copied());
+        for &[a, b] in pairs.iter().filter(|[a, b]| a != b) {
+            assert_ne!(colors[a as usize], colors[b as usize], "{a} and {b}");
+        }
+    }
+
+    #[test]
+    fn labels_that_touch_never_share_a_color() {
+        // A fan: the last label touches all others, each other touches the next.
+        let spokes = (0..59).map(|other| [59, other]);
+        let rim = (0..58).map(|other| [other, other + 1]);
+        check_touching(60, &spokes.chain(rim).collect::<Vec<_>>());
+        // All touch all: there are more labels than colors.
+        let all = (0..30).flat_map(|a| (0..a).map(move |b| [a, b]));
+        check_touching(30, &all.collect::<Vec<_>>());
+        // Many random neighbors.
+        let mut state = 1_u32;
+        let mut next = || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 8) % 200
+        };
+        let pairs: Vec<[u32; 2]> = (0..3000).map(|_| [next(), next()]).collect();
+        check_touching(200, &pairs);
     }
 
     #[test]
@@ -149,17 +255,5 @@ mod tests {
             colors_of_labels(&[], std::iter::empty()),
             Vec::<[u8; 3]>::new()
         );
-    }
-
-    #[test]
-    fn types_have_colors_of_their_own() {
-        for (code, a) in FaceType::ALL.into_iter().enumerate() {
-            for b in &FaceType::ALL[..code] {
-                assert!(
-                    distance(color_of_type(a), color_of_type(*b)) > 20 * 20,
-                    "{a} and {b}"
-                );
-            }
-        }
     }
 }
