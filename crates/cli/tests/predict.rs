@@ -12,6 +12,7 @@ use fixture::{Fixture, assert_code};
 use folder::contents;
 use partprobe_carrier::{Carrier, GIVEN};
 use partprobe_formats::{arrays_from_npz, carrier_from_npz};
+use partprobe_net::{Backend, ModelFile};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
@@ -259,4 +260,67 @@ fn step_files_meshes_and_clouds_are_prepared_as_the_training_was() {
         assert!(told.contains(error), "{arguments:?}: {told}");
         assert_code(&output, code);
     }
+}
+
+#[test]
+fn weights_that_do_not_say_what_they_were_trained_on_label_and_start_nothing() {
+    let fixture = Fixture::new();
+    let own = fs::read(fixture.path(WEIGHTS)).unwrap();
+    let mut silent = ModelFile::from_bytes(&own, Backend::default()).unwrap();
+    silent.trained_on = None;
+    fs::write(
+        fixture.path("silent.safetensors"),
+        silent.to_bytes().unwrap(),
+    )
+    .unwrap();
+
+    let data = "first/data/carriers";
+    let sources = |weights: &str| {
+        let path = format!("sources.field.path={weights}");
+        let out = weights.replace('/', "-");
+        let arguments = [
+            "sources",
+            "step-parts",
+            "field",
+            "--data",
+            data,
+            "--out",
+            &out,
+            "--set",
+            "sources.field.type=backbone",
+            "--set",
+            &path,
+        ];
+        let output = fixture.program(&arguments);
+        let [told, card] =
+            [output.stderr, output.stdout].map(|bytes| String::from_utf8(bytes).unwrap());
+        told + &card
+    };
+    // A backbone labels what it has not seen, and says of each other shape why not.
+    let told = sources(WEIGHTS);
+    assert!(
+        told.contains("the backbone was trained on this shape"),
+        "{told}"
+    );
+    let told = sources("silent.safetensors");
+    assert!(
+        told.contains("it does not say on which shapes it was trained"),
+        "{told}"
+    );
+
+    let train = |weights: &str| {
+        let init = format!("train.init={weights}");
+        fixture.program(&["run", "tiny.toml", "--out", "second", "--set", &init])
+    };
+    let refused = train("silent.safetensors");
+    let told = String::from_utf8_lossy(&refused.stderr).into_owned();
+    assert!(
+        told.contains("silent.safetensors does not say on which shapes it was trained"),
+        "{told}"
+    );
+    assert!(
+        !fixture
+            .path("second/checkpoints/step-parts-0/model.safetensors")
+            .exists()
+    );
 }
