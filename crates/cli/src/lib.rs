@@ -83,6 +83,9 @@ Exit codes: 0 done, 1 failed, 2 wrong usage, 3 a bound is missed, 130 stopped by
     )
 )]
 struct Cli {
+    /// Show no progress; results, warnings and errors are printed all the same.
+    #[arg(long, short, global = true)]
+    quiet: bool,
     #[command(subcommand)]
     verb: Verb,
 }
@@ -96,6 +99,9 @@ pub fn main() -> ExitCode {
     file_size_limit::report_as_error();
     let matches = command_line().get_matches();
     let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
+    if cli.quiet {
+        progress::be_quiet();
+    }
     cli.verb.call().unwrap_or_else(|error| {
         if stdout::is_closed(&error) {
             return ExitCode::SUCCESS;

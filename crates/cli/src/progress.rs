@@ -1,6 +1,15 @@
-//! Shows progress on stderr: a bar where a person watches, plain lines where stderr is a file.
+//! Shows progress on stderr: a bar where a person watches, plain lines where stderr is a file, and nothing after `--quiet`.
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Whether `--quiet` was given. It is set once, before any work.
+static IS_QUIET: AtomicBool = AtomicBool::new(false);
+
+/// Shows no bar and no note from now on; warnings stay.
+pub(crate) fn be_quiet() {
+    IS_QUIET.store(true, Ordering::Relaxed);
+}
 
 /// Where progress is shown.
 #[derive(Clone, Copy, Debug, Default)]
@@ -16,7 +25,12 @@ impl Progress {
     /// A bar over `n_items`; it goes away when it is finished or dropped.
     #[must_use]
     pub(crate) fn bar(&self, what: &str, n_items: usize) -> ProgressBar {
-        let bar = ProgressBar::with_draw_target(Some(n_items as u64), ProgressDrawTarget::stderr());
+        let target = if IS_QUIET.load(Ordering::Relaxed) {
+            ProgressDrawTarget::hidden()
+        } else {
+            ProgressDrawTarget::stderr()
+        };
+        let bar = ProgressBar::with_draw_target(Some(n_items as u64), target);
         // The template is a constant; where it ever fails to parse, the bar keeps its plain style.
         if let Ok(style) =
             ProgressStyle::with_template("{msg} {bar:32} {pos}/{len} [{elapsed} < {eta}]")
@@ -27,8 +41,10 @@ impl Progress {
             .with_finish(indicatif::ProgressFinish::AndClear)
     }
 
-    /// Prints a line.
+    /// Prints a line. After `--quiet`, it must begin with `warning:`.
     pub(crate) fn note(&self, line: &str) {
-        crate::stderr::print_line(line);
+        if line.starts_with("warning:") || !IS_QUIET.load(Ordering::Relaxed) {
+            crate::stderr::print_line(line);
+        }
     }
 }

@@ -123,3 +123,43 @@ fn the_help_lists_verbs_in_groups_and_breaks_lines_at_the_width_of_the_terminal(
         );
     }
 }
+
+#[test]
+fn quiet_work_prints_results_and_warnings_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    check(
+        folder.path(),
+        &["synth", "--out", "steps", "-n", "4"],
+        0,
+        "",
+    );
+    fs::write(folder.path().join("steps/not-step.step"), "nothing").unwrap();
+    let told = |more: &[&str]| {
+        let fixed = [
+            "sources",
+            "step-parts",
+            "brep-face",
+            "--data",
+            "steps",
+            "--shapes",
+            "2",
+            "--out",
+        ];
+        let output = program(folder.path(), &[&fixed[..], more].concat())
+            .output()
+            .unwrap();
+        assert!(!output.stdout.is_empty());
+        String::from_utf8(output.stderr).unwrap()
+    };
+    let note = "2 left out: beyond --shapes";
+    let loud = told(&["loud"]);
+    assert!(loud.contains(note), "{loud}");
+    let quiet = told(&["quiet", "--quiet"]);
+    assert!(!quiet.contains(note), "{quiet}");
+    let kept = |text: &str| {
+        text.lines()
+            .filter(|line| line.starts_with("warning:"))
+            .count()
+    };
+    assert_eq!(kept(&quiet), kept(&loud));
+}

@@ -32,8 +32,8 @@ pub(crate) struct RenderArgs {
     #[command(flatten)]
     shapes: ShapeArgs,
     /// The PNG to write.
-    #[arg(short, long, value_name = "PNG")]
-    output: PathBuf,
+    #[arg(long, short = 'o', alias = "output", value_name = "PNG")]
+    out: PathBuf,
     /// What gives a face its color: part, raw-part (before small parts were absorbed), type, face, or the name of a label layer that the
     /// carriers store.
     #[arg(long, value_name = "LABEL", default_value_t = FaceLabel::Part)]
@@ -69,7 +69,7 @@ pub(crate) fn render(args: &RenderArgs) -> Result<()> {
             UsageError("--theta must be from 0 to 180".to_owned())
         );
     }
-    check_output(&args.output)?;
+    check_output(&args.out)?;
     let interrupt = Interrupt::listen()?;
     args.shapes.check()?;
     let scratch = std::env::temp_dir().join(format!("partprobe-render-{}", std::process::id()));
@@ -102,13 +102,13 @@ pub(crate) fn render(args: &RenderArgs) -> Result<()> {
         .for_each(|warning| stderr::print_line(format_args!("warning: {warning}")));
     ensure!(!images.is_empty(), "no shape could be drawn");
     write_atomically(
-        &args.output,
+        &args.out,
         &Image::sheet(&images, columns(args, images.len())).to_png()?,
     )?;
     let drawn = counted(images.len(), "shape", "shapes");
     print_line(format_args!(
         "{}: {drawn} drawn, {} failed",
-        args.output.display(),
+        args.out.display(),
         warnings.len()
     ))?;
     refuse_damaged_carriers(n_damaged)

@@ -84,7 +84,7 @@ pub(crate) fn embed(args: &EmbedArgs) -> Result<ExitCode> {
             Err(error) => {
                 execution
                     .progress
-                    .note(&format!("{}: {error:#}", path.display()));
+                    .note(&format!("warning: {}: {error:#}", path.display()));
                 n_failed += 1;
             }
         }

@@ -37,8 +37,8 @@ pub(crate) struct ExtractArgs {
     #[arg(required = true, value_name = "#N")]
     entities: Vec<String>,
     /// The file to write; - for stdout.
-    #[arg(short, long, value_name = "STEP")]
-    output: PathBuf,
+    #[arg(long, short = 'o', alias = "output", value_name = "STEP")]
+    out: PathBuf,
     /// Keep the numbers of the large file; otherwise instances are counted from 1.
     #[arg(long)]
     keep_ids: bool,
@@ -64,12 +64,12 @@ pub(crate) fn extract(args: &ExtractArgs) -> Result<()> {
         .config
         .label
         .measure_settings();
-    let is_stdout = args.output.as_os_str() == "-";
+    let is_stdout = args.out.as_os_str() == "-";
     ensure!(
-        is_stdout || !is_same_file(&args.file, &args.output),
+        is_stdout || !is_same_file(&args.file, &args.out),
         UsageError(format!(
             "{} is the file that is cut; choose another -o",
-            args.output.display()
+            args.out.display()
         ))
     );
     let max_bytes = settings.budget.max_bytes;
@@ -87,7 +87,7 @@ pub(crate) fn extract(args: &ExtractArgs) -> Result<()> {
             .and_then(|()| out.flush())
             .context("writing to stdout")?;
     } else {
-        write_atomically(&args.output, &small.text)?;
+        write_atomically(&args.out, &small.text)?;
     }
     let comparison = Comparison::of(args, &ids, &text, &small, &settings);
     let report = comparison.report()?;
@@ -173,10 +173,10 @@ impl<'a> Comparison<'a> {
     }
 
     fn write_cut(&self, report: &mut String) -> fmt::Result {
-        let output = if self.args.output.as_os_str() == "-" {
+        let output = if self.args.out.as_os_str() == "-" {
             "stdout".to_owned()
         } else {
-            self.args.output.display().to_string()
+            self.args.out.display().to_string()
         };
         let instances = counted(self.small.n_instances, "instance", "instances");
         let faces = counted(self.after.faces.len(), "face", "faces");
