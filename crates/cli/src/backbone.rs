@@ -4,13 +4,14 @@ use crate::config::{Config, load, overrides_of_preparation};
 use crate::run::{RunFolder, read_weights};
 use crate::usage::UsageError;
 use anyhow::{Context, Result, ensure};
-use partprobe_carrier::{Embeddings, PointSample};
+use partprobe_carrier::{Embeddings, PointSample, sha256_hex};
 use partprobe_net::{Backend, Model, ModelFile, Tokens};
+use serde::{Deserialize, Serialize};
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Which backbone to use.
-#[derive(Clone, Debug, clap::Args)]
+#[derive(Clone, Debug, PartialEq, Eq, clap::Args, Deserialize, Serialize)]
 pub(crate) struct BackboneArgs {
     /// The run folder with the trained backbone, or a file of weights.
     #[arg(value_name = "RUN|WEIGHTS")]
@@ -42,8 +43,56 @@ impl BackboneArgs {
         }
     }
 
+    /// The same backbone, by a path that does not depend on the current folder.
+    ///
+    /// # Errors
+    /// If there is no such path.
+    pub(crate) fn absolute(&self) -> Result<Self> {
+        let run = self.run.canonicalize();
+        Ok(Self {
+            run: run.with_context(|| format!("reading {}", self.run.display()))?,
+            ..self.clone()
+        })
+    }
+
+    /// The backbone of the same name in another run folder or file.
+    pub(crate) fn in_another_place(&self, run: &Path) -> Self {
+        if run.is_file() {
+            return Self {
+                run: run.to_owned(),
+                supervision: None,
+                seed: None,
+            };
+        }
+        Self {
+            run: run.to_owned(),
+            ..self.clone()
+        }
+    }
+
+    /// The SHA-256 of the weights, in hexadecimal.
+    ///
+    /// # Errors
+    /// If there is no such backbone.
+    pub(crate) fn weights_sha256(&self, overrides: &[String]) -> Result<String> {
+        if self.run.is_file() {
+            let bytes = fs::read(&self.run);
+            let bytes = bytes.with_context(|| format!("reading {}", self.run.display()))?;
+            return Ok(sha256_hex(&bytes));
+        }
+        let (_, weights) = self.weights_of_run(overrides)?;
+        Ok(sha256_hex(&weights))
+    }
+
     /// The backbone of a run folder, with the run's own settings.
     fn of_run(&self, overrides: &[String], backend: Backend) -> Result<Backbone> {
+        let (config, weights) = self.weights_of_run(overrides)?;
+        let model = Model::from_safetensors(&config.net, &weights, backend)?;
+        Ok(Backbone { model, config })
+    }
+
+    /// The config and the weights of a run folder.
+    fn weights_of_run(&self, overrides: &[String]) -> Result<(Config, Vec<u8>)> {
         let folder = RunFolder::existing(&self.run)?;
         let config = load(&folder.path("config.toml").to_string_lossy(), overrides)?.config;
         config.ensure_point_probe()?;
@@ -58,8 +107,7 @@ impl BackboneArgs {
         );
         let seed = self.seed.unwrap_or(compare.seeds[0]);
         let weights = read_weights(&folder, supervision, seed)?;
-        let model = Model::from_safetensors(&config.net, &weights, backend)?;
-        Ok(Backbone { model, config })
+        Ok((config, weights))
     }
 
     /// The backbone of a file of weights, with the settings that stand in it over those of `base`.

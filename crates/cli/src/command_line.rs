@@ -19,7 +19,7 @@ const GROUPS: [(&str, &[&str]); 7] = [
     ),
     (
         "Train, and use what was trained",
-        &["train", "predict", "embed", "models", "replay"],
+        &["train", "predict", "embed", "nearest", "models", "replay"],
     ),
     (
         "Score and report",

@@ -96,6 +96,19 @@ impl DataArgs {
 }
 
 impl ShapeArgs {
+    /// The shapes of one path, with the settings of the config `base`.
+    #[must_use]
+    pub(crate) fn of_path(path: &Path, n_threads: usize) -> Self {
+        Self {
+            paths: vec![path.to_owned()],
+            jobs: u16::try_from(n_threads).ok(),
+            config: "base".to_owned(),
+            set: Vec::new(),
+            own_settings: Vec::new(),
+            for_more_than_labeling: true,
+        }
+    }
+
     /// How many threads to use.
     #[must_use]
     pub(crate) fn n_threads(&self) -> usize {

@@ -324,3 +324,106 @@ fn weights_that_do_not_say_what_they_were_trained_on_label_and_start_nothing() {
             .exists()
     );
 }
+
+#[test]
+fn a_library_finds_its_own_shapes_and_knows_its_backbone() {
+    let fixture = Fixture::new();
+    let data = "first/data/carriers";
+    let embed = |form: &str, out: &str, more: &[&str]| {
+        let fixed = ["embed", "first", data, "--form", form, "--out", out];
+        fixture.program(&[&fixed[..], more].concat())
+    };
+    assert_code(&embed("shapes", "library", &[]), 0);
+    let lines = fs::read_to_string(fixture.path("library/index.jsonl")).unwrap();
+    let n_shapes = lines.lines().count();
+    assert_eq!(n_shapes, 14);
+    let before = contents(&fixture.path("library"));
+
+    // What is there is not embedded again, and what is missing is.
+    let removed = before
+        .keys()
+        .find(|file| file.extension().is_some_and(|e| e == "npz"))
+        .unwrap();
+    fs::remove_file(fixture.path("library").join(removed)).unwrap();
+    let again = embed("shapes", "library", &["--resume"]);
+    assert_code(&again, 0);
+    assert_eq!(String::from_utf8(again.stdout).unwrap().lines().count(), 1);
+    assert_eq!(contents(&fixture.path("library")), before);
+    assert_code(&embed("shapes", "library", &[]), 1);
+
+    let step = fs::read_dir(fixture.path("first/data/step"))
+        .unwrap()
+        .next()
+        .unwrap();
+    let step = step.unwrap().path();
+    let name = step.file_stem().unwrap().to_str().unwrap();
+    let nearest = [
+        "nearest",
+        "library",
+        step.to_str().unwrap(),
+        "--most",
+        "3",
+        "--json",
+    ];
+    let found = fixture.program(&nearest);
+    assert_code(&found, 0);
+    let found: Vec<serde_json::Value> = String::from_utf8(found.stdout)
+        .unwrap()
+        .lines()
+        .map(|line| serde_json::from_str(line).unwrap())
+        .collect();
+    assert_eq!(found.len(), 3);
+    // The points of a file and of its shape in a data set have different seeds, as their ids differ.
+    let is_own = |found: &serde_json::Value| found["id"].as_str().unwrap().ends_with(name);
+    assert!(is_own(&found[0]), "{found:?}");
+    let cosines: Vec<f64> = found
+        .iter()
+        .map(|found| found["cosine"].as_f64().unwrap())
+        .collect();
+    assert!(
+        cosines.is_sorted_by(|a, b| a >= b) && cosines[0] > 0.9,
+        "{cosines:?}"
+    );
+
+    assert_code(&embed("faces", "faces", &[]), 0);
+    for (file, bytes) in contents(&fixture.path("faces")) {
+        if file.extension().is_some_and(|e| e == "npz") {
+            let mut members = arrays_from_npz(&bytes).unwrap();
+            let counts = members.vector::<u32>("n_points").unwrap();
+            assert_eq!(
+                members.array("embeddings").unwrap().shape(),
+                [counts.len(), 128]
+            );
+            assert_eq!(counts.iter().sum::<u32>(), 600);
+        }
+    }
+
+    fs::rename(fixture.path("first"), fixture.path("moved")).unwrap();
+    let step = step.to_str().unwrap().replace("first/data", "moved/data");
+    for (arguments, code, error) in [
+        (
+            &["nearest", "library", &step][..],
+            1,
+            "say with --model where it is now",
+        ),
+        (&["nearest", "library", &step, "--model", "moved"], 0, ""),
+        (
+            &["nearest", "faces", &step, "--model", "moved"],
+            2,
+            "embed with --form shapes",
+        ),
+        (&["nearest", "moved", &step], 2, "moved has no embed.json"),
+        (
+            &[
+                "embed", "moved", &step, "--form", "points", "--out", "library",
+            ],
+            2,
+            "has embeddings of another backbone, form or setting",
+        ),
+    ] {
+        let output = fixture.program(arguments);
+        let told = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(told.contains(error), "{arguments:?}: {told}");
+        assert_code(&output, code);
+    }
+}

@@ -139,12 +139,7 @@ impl Fit {
             shape: self.shape.clone(),
             arm: self.arm.clone(),
             seed: self.seed,
-            outcome: Outcome::Scores(
-                scores
-                    .into_iter()
-                    .map(|(name, score)| (name.to_owned(), score))
-                    .collect(),
-            ),
+            outcome: Outcome::of_scores(scores),
         })
     }
 }

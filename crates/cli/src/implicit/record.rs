@@ -30,6 +30,19 @@ pub(super) enum Outcome {
     },
 }
 
+/// Scores are rounded to twelve decimals. A longer number may change its last digit when it is read again, and a resumed run would then
+/// have other tables than one that was not interrupted.
+const DECIMALS: f64 = 1e12;
+
+impl Outcome {
+    /// The scores, as they can be written and read without a change.
+    pub(super) fn of_scores<'a>(scores: impl IntoIterator<Item = (&'a str, f64)>) -> Self {
+        let rounded =
+            |(name, score): (&str, f64)| (name.to_owned(), (score * DECIMALS).round() / DECIMALS);
+        Self::Scores(scores.into_iter().map(rounded).collect())
+    }
+}
+
 impl FitRecord {
     /// The record of a fit, if it is done.
     ///
@@ -91,4 +104,19 @@ pub(super) fn csv(records: &[FitRecord]) -> String {
         );
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn scores_come_back_as_they_were_written(score in -1000.0_f64..1000.0) {
+            let outcome = Outcome::of_scores([("cdl1", score)]);
+            let text = serde_json::to_string(&outcome).unwrap();
+            prop_assert_eq!(serde_json::from_str::<Outcome>(&text).unwrap(), outcome);
+        }
+    }
 }

@@ -67,6 +67,8 @@ pub(crate) enum Verb {
     #[cfg(feature = "train")]
     Embed(embed::EmbedArgs),
     #[cfg(feature = "train")]
+    Nearest(embed::NearestArgs),
+    #[cfg(feature = "train")]
     Predict(export::PredictArgs),
     #[cfg(feature = "train")]
     Eval(eval::EvalArgs),
@@ -124,6 +126,8 @@ impl Verb {
             Self::Replay(args) => replay::replay(args),
             #[cfg(feature = "train")]
             Self::Embed(args) => embed::embed(args),
+            #[cfg(feature = "train")]
+            Self::Nearest(args) => embed::nearest(args),
             #[cfg(feature = "train")]
             Self::Predict(args) => export::predict(args).map(done),
             #[cfg(feature = "train")]

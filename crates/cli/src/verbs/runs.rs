@@ -119,6 +119,9 @@ fn listed_run(path: &Path) -> ListedRun {
         .filter_map(|seed| u64::try_from(seed.as_integer()?).ok())
         .collect();
 
+    let is_implicit = config
+        .as_ref()
+        .is_some_and(|config| config.contains_key("implicit"));
     let tables = json("tables.json");
     let miou = tables.as_ref().and_then(|tables| {
         let rows = tables["rows"].as_array()?;
@@ -132,7 +135,7 @@ fn listed_run(path: &Path) -> ListedRun {
             .unwrap_or_default()
             .to_string_lossy()
             .into_owned(),
-        state: state(path, &supervision, &seeds),
+        state: state(path, is_implicit, &supervision, &seeds),
         started_unix_s: json("run.json").and_then(|run| run["started_unix_s"].as_u64()),
         n_test: json("split.json").and_then(|split| Some(split["test"].as_array()?.len())),
         supervision,
@@ -141,7 +144,7 @@ fn listed_run(path: &Path) -> ListedRun {
     }
 }
 
-fn state(path: &Path, supervision: &[String], seeds: &[u64]) -> &'static str {
+fn state(path: &Path, is_implicit: bool, supervision: &[String], seeds: &[u64]) -> &'static str {
     let is_trained = |source: &String, seed: &u64| {
         let weights = format!("checkpoints/{source}-{seed}/model.safetensors");
         path.join(weights).is_file()
@@ -150,8 +153,12 @@ fn state(path: &Path, supervision: &[String], seeds: &[u64]) -> &'static str {
         .iter()
         .flat_map(|source| seeds.iter().map(move |seed| (source, seed)));
     // The implicit probe writes its tables at the end, and has no weights.
-    let is_scored = path.join("scores.jsonl").is_file() || path.join("tables.csv").is_file();
-    if is_scored {
+    let result = if is_implicit {
+        "tables.csv"
+    } else {
+        "scores.jsonl"
+    };
+    if path.join(result).is_file() {
         "scored"
     } else if trainings.all(|(source, seed)| is_trained(source, seed)) {
         "trained"

@@ -1,22 +1,139 @@
-//! Turns any file with a surface or points into the point samples that a backbone embeds.
+//! Turns files with a surface or points, and the shapes of folders and data sets, into the point samples that a backbone embeds.
 
 use crate::config::{Attribute, Config, NormalConfig};
 use crate::label::carriers_of_path;
 use crate::points::points_of;
+use crate::run::Execution;
+use crate::shape_input::{FailedInput, ShapeArgs, ShapeInput, ShapeInputs};
 use crate::usage::UsageError;
 use anyhow::{Context, Result, bail, ensure};
-use partprobe_carrier::{Mesh, NormalKind, PointSample, keyed_rng, sample_by_area};
+use partprobe_carrier::{
+    Carrier, Mesh, NormalKind, PointSample, ShapeKind, keyed_rng, sample_by_area,
+};
 use partprobe_formats::{
     Members, PlyScene, Values, arrays_from_npz, mesh_from_obj, mesh_from_off, mesh_from_stl,
     scene_from_ply, step_stem,
 };
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Points that are embedded together, under the name that their file gets.
 pub(super) struct EmbedInput {
     pub(super) id: String,
     pub(super) sample: PointSample,
+    /// The faces of a B-Rep.
+    pub(super) faces: Option<SampledFaces>,
+}
+
+/// Which face each point lies on.
+pub(super) struct SampledFaces {
+    pub(super) of_point: Vec<u32>,
+    /// The number of faces.
+    pub(super) n: usize,
+}
+
+impl EmbedInput {
+    /// The sample of a carrier.
+    fn of_carrier(id: String, carrier: &Carrier, config: &Config) -> Result<Self> {
+        let sample = points_of(&carrier.meta().id, carrier, &config.sample)?;
+        let faces = (carrier.kind() == ShapeKind::Brep).then(|| {
+            let face_of = |&triangle: &u32| carrier.mesh().tri_face[triangle as usize];
+            SampledFaces {
+                of_point: sample.triangles.iter().map(face_of).collect(),
+                n: carrier.graph().faces.len(),
+            }
+        });
+        Ok(Self { id, sample, faces })
+    }
+}
+
+/// A file, or a shape of a folder, an archive, a list or a data set.
+pub(super) enum Input {
+    File(PathBuf),
+    Shape(ShapeInput),
+    /// A file of a folder without a shape.
+    Failed(FailedInput),
+}
+
+impl Input {
+    /// What messages and the index call it.
+    pub(super) fn name(&self) -> String {
+        match self {
+            Self::File(path) => path.display().to_string(),
+            Self::Shape(shape) => shape.source.clone(),
+            Self::Failed(failed) => failed.source.clone(),
+        }
+    }
+
+    /// Its shapes.
+    ///
+    /// # Errors
+    /// If it cannot be read.
+    pub(super) fn shapes(&self, config: &Config) -> Result<Vec<EmbedInput>> {
+        match self {
+            Self::File(path) => shapes_of_path(path, config),
+            Self::Shape(shape) => {
+                let id = shape.stem.to_string_lossy().into_owned();
+                Ok(vec![EmbedInput::of_carrier(id, &shape.carrier()?, config)?])
+            }
+            Self::Failed(failed) => bail!("{}", failed.reason),
+        }
+    }
+}
+
+/// All inputs of a call.
+pub(super) struct Inputs {
+    list: Vec<Input>,
+    /// They hold the folders in which files were labeled on the way.
+    _opened: Vec<ShapeInputs>,
+}
+
+impl Inputs {
+    /// Lists the inputs. Folders, archives and lists are labeled with the settings of the backbone.
+    ///
+    /// # Errors
+    /// If a folder, an archive or a list has no shape.
+    pub(super) fn open(paths: &[PathBuf], config: &Config, execution: &Execution) -> Result<Self> {
+        let mut inputs = Self {
+            list: Vec::new(),
+            _opened: Vec::new(),
+        };
+        for path in paths {
+            if !holds_shapes(path) {
+                inputs.list.push(Input::File(path.clone()));
+                continue;
+            }
+            let mut settings = config.label.overrides()?;
+            if config.sample.normals == NormalConfig::Analytic {
+                settings.push("label.attributes=[\"normal\"]".to_owned());
+            }
+            let args = ShapeArgs::of_path(path, execution.threads).with_settings(settings);
+            let number = inputs._opened.len();
+            let mut opened = args.open_for(&format!("embed-{number}"), &execution.interrupt)?;
+            inputs
+                .list
+                .extend(opened.shapes.drain(..).map(Input::Shape));
+            inputs
+                .list
+                .extend(opened.failed.drain(..).map(Input::Failed));
+            inputs._opened.push(opened);
+        }
+        Ok(inputs)
+    }
+
+    /// The inputs, in the order of the call.
+    pub(super) fn list(&self) -> &[Input] {
+        &self.list
+    }
+}
+
+/// Whether a path is a folder, an archive or a list, and not one file.
+fn holds_shapes(path: &Path) -> bool {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let name = name.to_ascii_lowercase();
+    let ends = |endings: &[&str]| endings.iter().any(|ending| name.ends_with(ending));
+    let is_many = ends(&[".zip", ".7z", ".tar", ".tgz", ".txt"]) || name.contains(".tar.");
+    path.is_dir() || (path.is_file() && is_many)
 }
 
 /// The shapes of a file: of a STEP file each of its shapes, of any other file one.
@@ -51,7 +168,11 @@ pub(super) fn shapes_of_path(path: &Path, config: &Config) -> Result<Vec<EmbedIn
             "`{other}` is not a kind of file that can be embedded; give .step, .npz, .ply, .obj, .off or .stl"
         ))),
     };
-    Ok(vec![EmbedInput { id, sample }])
+    Ok(vec![EmbedInput {
+        id,
+        sample,
+        faces: None,
+    }])
 }
 
 fn carriers(path: &Path, config: &Config) -> Result<Vec<EmbedInput>> {
@@ -65,10 +186,7 @@ fn carriers(path: &Path, config: &Config) -> Result<Vec<EmbedInput>> {
         .into_iter()
         .map(|carrier| {
             let id = carrier.meta().id.clone();
-            Ok(EmbedInput {
-                sample: points_of(&id, &carrier, &config.sample)?,
-                id,
-            })
+            EmbedInput::of_carrier(id, &carrier, config)
         })
         .collect()
 }

@@ -1,0 +1,86 @@
+//! Defines the index of a folder of embeddings: a line for each shape, with its file or the reason why it has none.
+
+use anyhow::Result;
+use partprobe_dataset::{json_lines, write_atomically};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::fmt;
+use std::fs;
+use std::path::Path;
+
+/// The name of the index in its folder.
+const FILE: &str = "index.jsonl";
+
+/// A shape with its file, or an input that could not be embedded.
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
+pub(super) struct IndexLine {
+    /// The id of the shape; of an input that could not be read, its name.
+    pub(super) id: String,
+    /// The file or the shape that it was read from.
+    source: String,
+    /// The embedding file, relative to the folder; `None` if it could not be embedded.
+    pub(super) file: Option<String>,
+    /// Why there is no file.
+    reason: Option<String>,
+}
+
+impl IndexLine {
+    /// The line of a shape that has a file.
+    pub(super) fn written(id: &str, source: &str) -> Self {
+        Self {
+            id: id.to_owned(),
+            source: source.to_owned(),
+            file: Some(format!("{id}.npz")),
+            reason: None,
+        }
+    }
+
+    /// The line of an input that could not be embedded.
+    pub(super) fn failed(source: &str, error: &anyhow::Error) -> Self {
+        Self {
+            id: source.to_owned(),
+            source: source.to_owned(),
+            file: None,
+            reason: Some(format!("{error:#}")),
+        }
+    }
+
+    /// Whether there is no file.
+    pub(super) fn is_failed(&self) -> bool {
+        self.file.is_none()
+    }
+}
+
+impl fmt::Display for IndexLine {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let reason = self.reason.as_deref().unwrap_or("embedded");
+        write!(f, "{}: {reason}", self.source)
+    }
+}
+
+/// The lines of a folder, in the order of the ids. A folder without an index has none.
+///
+/// # Errors
+/// If the index cannot be read.
+pub(super) fn read_index(folder: &Path) -> Result<Vec<IndexLine>> {
+    let path = folder.join(FILE);
+    if !path.is_file() {
+        return Ok(Vec::new());
+    }
+    let text = fs::read_to_string(path)?;
+    text.lines()
+        .map(|line| Ok(serde_json::from_str(line)?))
+        .collect()
+}
+
+/// Writes the index of a folder. Lines of former calls stay, unless a line of the same id takes their place.
+///
+/// # Errors
+/// If the index cannot be written.
+pub(super) fn write_index(folder: &Path, lines: &[IndexLine]) -> Result<()> {
+    let former = read_index(folder)?;
+    let all = former.iter().chain(lines);
+    let by_id: BTreeMap<&str, &IndexLine> = all.map(|line| (line.id.as_str(), line)).collect();
+    let lines: Vec<&IndexLine> = by_id.into_values().collect();
+    Ok(write_atomically(&folder.join(FILE), &json_lines(&lines)?)?)
+}
