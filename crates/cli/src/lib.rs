@@ -18,6 +18,7 @@ mod allocator;
 mod audit;
 #[cfg(feature = "train")]
 mod backbone_labels;
+mod build_commit;
 mod clock;
 mod config;
 mod counted;
@@ -30,6 +31,7 @@ mod folder_lock;
 mod implicit;
 mod interrupt;
 mod label;
+mod label_package;
 mod label_sources;
 mod onnx_library;
 mod output_folder;

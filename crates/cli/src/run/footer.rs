@@ -1,11 +1,8 @@
 //! Says below every table by which settings it was made, and what a reader must know of a score.
 
+use crate::build_commit::COMMIT;
 use crate::config::{Config, LabelConfig, NormalConfig};
 use partprobe_net::Voxels;
-
-/// The commit that the program was built from, if whoever built it said so. (That of the folder in which it runs may be of any project, and
-/// would make the tables depend on the folder.)
-const COMMIT: Option<&str> = option_env!("PARTPROBE_COMMIT");
 
 /// The sentences of a run's tables; `data_hash` names the shapes. Without normals, those of the config were taken away.
 pub(super) fn footer(config: &Config, data_hash: &str, normals: Normals) -> Vec<String> {

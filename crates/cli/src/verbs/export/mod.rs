@@ -12,12 +12,15 @@ mod folder;
 mod formats;
 mod mesh_files;
 mod outputs;
+mod parquet;
 mod part_files;
 mod partfield_input;
 mod pointcept;
 mod session;
+mod shape_facts;
 mod shape_line;
 mod verb;
+mod webdataset;
 
 pub(crate) use pointcept::SIDES;
 pub(crate) use shape_line::{SHAPES_FILE, ShapeLine};
