@@ -11,6 +11,7 @@ use partprobe_tables::ShapeLabels;
 use std::fs;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// A package whose `release.json` was read.
 #[derive(Debug)]
@@ -19,6 +20,8 @@ pub(crate) struct LabelPackage {
     pub(crate) manifest: Manifest,
     /// The hash of `release.json`, which holds the hashes of all other files.
     pub(crate) sha256: String,
+    /// The rows of the file with labels that was read last, and its number: who asks for one shape asks for others of that file.
+    last_rows: Mutex<Option<(usize, Arc<Vec<ReleasedRow>>)>>,
 }
 
 /// A shape of a package, and the row that its labels are in.
@@ -54,6 +57,7 @@ impl LabelPackage {
             root: root.to_owned(),
             manifest,
             sha256: sha256_hex(&bytes),
+            last_rows: Mutex::new(None),
         })
     }
 
@@ -91,12 +95,28 @@ impl LabelPackage {
     /// # Errors
     /// If the file is missing, damaged or changed.
     pub(crate) fn labels(&self, shape: &PackagedShape) -> Result<Option<ShapeLabels>> {
-        let name = self.manifest.labels_files().nth(shape.file);
-        let name = name.context("the package has changed while it was read")?;
+        let rows = self.rows(shape.file)?;
+        Ok(rows.get(shape.row).and_then(|row| row.labels.clone()))
+    }
+
+    /// The rows of a file with labels.
+    fn rows(&self, file: usize) -> Result<Arc<Vec<ReleasedRow>>> {
+        let mut last = self
+            .last_rows
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
+        if let Some((number, rows)) = &*last
+            && *number == file
+        {
+            return Ok(Arc::clone(rows));
+        }
+        let name = self.manifest.labels_files().nth(file);
+        let name = name.context("the package has fewer files with labels than it had")?;
         let rows = rows_from_parquet(self.bytes(name)?)
             .with_context(|| self.root.join(name).display().to_string())?;
-        let row: Option<ReleasedRow> = rows.into_iter().nth(shape.row);
-        Ok(row.and_then(|row| row.labels))
+        let rows = Arc::new(rows);
+        *last = Some((file, Arc::clone(&rows)));
+        Ok(rows)
     }
 
     fn bytes(&self, name: &str) -> Result<Vec<u8>> {

@@ -39,12 +39,12 @@ pub fn datasheet(manifest: &Manifest, facts: &DatasheetFacts) -> String {
 
 fn head(manifest: &Manifest) -> String {
     let commit = match &manifest.commit {
-        Some(commit) => format!("commit {commit}"),
-        None => "a build that does not name its commit".to_owned(),
+        Some(commit) => format!(" The package was made by commit {commit}."),
+        None => String::new(),
     };
     format!(
         "# Datasheet\n\n\
-         Part labels of {} STEP files, without their geometry. Made by partprobe {}, {commit}.\n",
+         Part labels of {} STEP files, without their geometry. Labeled by partprobe {}.{commit}\n",
         manifest.counts.n_files, manifest.program_version
     )
 }
@@ -217,7 +217,7 @@ mod tests {
         let text = datasheet(&manifest, &facts);
         for expected in [
             "labels of 17 STEP files",
-            "commit abc123",
+            "Labeled by partprobe 0.1.0. The package was made by commit abc123.",
             "| cone | 5 |",
             "| failed | a \\| b | 3 |",
             "Not in the package: 2 (a mesh has no STEP faces).",

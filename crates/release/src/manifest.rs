@@ -27,7 +27,7 @@ pub struct Manifest {
     pub format_version: u32,
     /// The version of the program that made the labels.
     pub program_version: String,
-    /// The commit that the program was built from, if its builder said so.
+    /// The commit of the program that made the package, if its builder said so.
     pub commit: Option<String>,
     /// Whether names of files are left out.
     pub is_anonymous: bool,

@@ -15,6 +15,7 @@ use anyhow::{Context, Result, ensure};
 use indicatif::ProgressBar;
 use partprobe_carrier::{STEP_PARTS, STEP_PARTS_RAW, ShapeKind};
 use partprobe_dataset::{Dataset, IndexEntry, Status, json_document, write_atomically};
+use partprobe_formats::step_stem;
 use partprobe_release::{
     Counts, DATASHEET_FILE, DatasheetFacts, FileFacts, LICENSE_NOTE_FILE, MANIFEST_FILE, Manifest,
     PACKAGE_VERSION, ReleasedRow, Unlabeled, datasheet, labels_file, license_note, rows_to_parquet,
@@ -207,7 +208,7 @@ fn items(dataset: &Dataset, is_anonymous: bool) -> Vec<Item<'_>> {
     items
 }
 
-/// The id of a file: that of its shape, or that of its solids without `__s<k>`.
+/// The id of a file: that of its shape, or that of its solids without `__s<k>`. A file may be called like a solid.
 fn file_id(entries: &[IndexEntry]) -> String {
     let without_solid = |id: &str| {
         let (file, number) = id.rsplit_once("__s")?;
@@ -218,11 +219,21 @@ fn file_id(entries: &[IndexEntry]) -> String {
         let is_solid = entry.solid_step_id.is_some();
         is_solid.then(|| without_solid(&entry.id)).flatten()
     };
-    let first = || entries.first().map(|entry| entry.id.clone());
+    // A solid without a carrier does not say that it is one. The id of a file ends like its name.
+    let of_any = |entry: &IndexEntry| {
+        let name = entry.source.rsplit('/').next().unwrap_or_default();
+        let stem = step_stem(name).unwrap_or(name);
+        let is_of_file = |id: &str| id.ends_with(stem) || id.ends_with(name);
+        let of_file = without_solid(&entry.id).filter(|id| is_of_file(id));
+        match of_file {
+            Some(id) if !is_of_file(&entry.id) => id,
+            _ => entry.id.clone(),
+        }
+    };
     entries
         .iter()
         .find_map(of_solid)
-        .or_else(first)
+        .or_else(|| entries.first().map(of_any))
         .unwrap_or_default()
 }
 
@@ -369,4 +380,37 @@ fn summary(out: &Path, manifest: &Manifest) -> String {
             "files or solids"
         ),
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The id of a file whose lines have these ids and solids.
+    #[track_caller]
+    fn check(source: &str, lines: &[(&str, Option<u64>)], expected: &str) {
+        let entry = |&(id, solid_step_id): &(&str, Option<u64>)| IndexEntry {
+            source: source.to_owned(),
+            solid_step_id,
+            ..IndexEntry::new(id, Status::Failed)
+        };
+        let entries: Vec<IndexEntry> = lines.iter().map(entry).collect();
+        assert_eq!(file_id(&entries), expected);
+    }
+
+    #[test]
+    fn solids_share_the_id_of_their_file() {
+        check("d/a.step", &[("d__a", None)], "d__a");
+        check("d/a.step", &[("d__a__s3", Some(7))], "d__a");
+        check(
+            "d/a.step",
+            &[("d__a__s1", None), ("d__a__s2", Some(7))],
+            "d__a",
+        );
+        check("d/a.step", &[("d__a__s1", None)], "d__a");
+        check("d/a.step", &[("d__a.step__s1", None)], "d__a.step");
+        check("d/a__s1.step", &[("d__a__s1", None)], "d__a__s1");
+        check("d/a__s1.step", &[("d__a__s1__s1", None)], "d__a__s1");
+        check("d/a__s1.step", &[("d__a__s1__s1", Some(7))], "d__a__s1");
+    }
 }
