@@ -258,6 +258,15 @@ impl ShapeInput {
         let (carrier, _) = self.carrier.read()?;
         Ok(carrier)
     }
+
+    /// The bytes of the carrier's file, which [`carrier`](Self::carrier) has checked.
+    ///
+    /// # Errors
+    /// If the file cannot be read.
+    pub(crate) fn file_bytes(&self) -> Result<Vec<u8>> {
+        let path = &self.carrier.path;
+        fs::read(path).with_context(|| format!("reading {}", path.display()))
+    }
 }
 
 /// A file or shape without a carrier.

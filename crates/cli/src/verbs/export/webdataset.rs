@@ -15,9 +15,7 @@ use crate::shape_input::ShapeInput;
 use anyhow::Result;
 use partprobe_carrier::Carrier;
 use partprobe_dataset::{OutputError, json_document, write_atomically_with};
-use partprobe_formats::{
-    Compression, WebdatasetWriter, carrier_to_npz, labels_to_npz, webdataset_keys,
-};
+use partprobe_formats::{Compression, WebdatasetWriter, labels_to_npz, webdataset_keys};
 use serde::Serialize;
 use serde_json::json;
 use std::io;
@@ -26,7 +24,7 @@ use std::io;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum, Serialize)]
 #[serde(rename_all = "kebab-case")]
 enum Content {
-    /// The carrier: mesh, faces, edges and labels.
+    /// The file of the carrier as it is: mesh, faces, edges and labels.
     Carrier,
     /// Faces, edges and labels without the mesh.
     Labels,
@@ -151,7 +149,7 @@ impl WebdatasetArgs {
     /// The two files of a shape.
     fn sample(&self, shape: &ShapeInput, carrier: &Carrier) -> Result<Sample> {
         let npz = match self.content {
-            Content::Carrier => carrier_to_npz(carrier, Compression::Stored)?,
+            Content::Carrier => shape.file_bytes()?,
             Content::Labels => labels_to_npz(carrier, Compression::Stored)?,
             Content::Points => {
                 let config = SampleConfig {
