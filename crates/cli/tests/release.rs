@@ -334,8 +334,8 @@ fn packages_are_joined_by_hash() {
     );
     for expected in [
         "2 files have labels in 2 packages\n2 files have labels in 3 packages",
-        "p and q: other settings\n  in both: 2 shapes of 2 files\n",
-        "p and r: the same settings\n  in both: 4 shapes of 4 files\n  equal parts: 4\n  equal labels: 3\n  disagreements: 1\n    p3.step (",
+        "p and q: other settings\n  in both: 2 files, and 2 shapes of one unit\n",
+        "p and r: the same settings\n  in both: 4 files, and 4 shapes of one unit\n  equal parts: 4\n  equal labels: 3\n  disagreements: 1\n    p3.step (",
     ] {
         assert!(told.contains(expected), "`{expected}` is not in {told}");
     }

@@ -73,7 +73,7 @@ pub struct PackagePair {
     pub has_same_settings: bool,
     /// Files that have labels in both.
     pub n_files: usize,
-    /// Shapes that have labels in both.
+    /// Shapes that have labels in both. A whole file and a solid of it are different shapes.
     pub n_shapes: usize,
     /// Of these, shapes with the same parts.
     pub n_same_parts: usize,
@@ -140,7 +140,15 @@ impl Registry {
         });
         let pairs = packages.iter().enumerate().flat_map(|(position, first)| {
             let others = packages[position + 1..].iter();
-            others.map(|second| PackagePair::of(first, second, &shapes))
+            let n_files = |second: &PackageShapes| {
+                let names = [&first.name, &second.name];
+                let has_both =
+                    |of_file: &&BTreeSet<String>| names.iter().all(|name| of_file.contains(*name));
+                packages_of_file.values().filter(has_both).count()
+            };
+            others
+                .map(|second| PackagePair::of(first, second, n_files(second), &shapes))
+                .collect::<Vec<_>>()
         });
         Self {
             packages: facts.collect(),
@@ -192,24 +200,27 @@ fn set_of<'a>(shape: &'a JoinedShape, package: &str) -> Option<&'a LabelSet> {
 }
 
 impl PackagePair {
-    fn of(first: &PackageShapes, second: &PackageShapes, shapes: &[JoinedShape]) -> Self {
+    fn of(
+        first: &PackageShapes,
+        second: &PackageShapes,
+        n_files: usize,
+        shapes: &[JoinedShape],
+    ) -> Self {
         let has_same_settings = first.settings_sha256 == second.settings_sha256;
         let mut pair = Self {
             packages: [first.name.clone(), second.name.clone()],
             has_same_settings,
-            n_files: 0,
+            n_files,
             n_shapes: 0,
             n_same_parts: 0,
             n_same_labels: 0,
             disagreements: Vec::new(),
         };
-        let mut files = BTreeSet::new();
         for shape in shapes {
             let sets = (set_of(shape, &first.name), set_of(shape, &second.name));
             let (Some(a), Some(b)) = sets else {
                 continue;
             };
-            files.insert(&shape.source_sha256);
             pair.n_shapes += 1;
             pair.n_same_parts += usize::from(a.parts_sha256 == b.parts_sha256);
             let is_same = a.labels_sha256 == b.labels_sha256;
@@ -222,7 +233,6 @@ impl PackagePair {
                 });
             }
         }
-        pair.n_files = files.len();
         pair
     }
 }
@@ -323,9 +333,20 @@ mod tests {
             )
         };
         let found: Vec<_> = registry.pairs.iter().map(counts).collect();
+        let n_files: Vec<usize> = registry.pairs.iter().map(|pair| pair.n_files).collect();
+        assert_eq!(n_files, [2, 1, 1]);
         // Other settings may give other labels, which is not a disagreement.
         assert_eq!(found, [(2, 2, 1, 1), (1, 0, 0, 0), (1, 0, 0, 0)]);
         assert_eq!(registry.pairs[0].disagreements[0].source_sha256, "y");
+    }
+
+    #[test]
+    fn a_file_and_its_solids_are_in_both_and_not_compared() {
+        let whole = package("a", "s", &[("x", "p", "l")]);
+        let mut solids = package("b", "t", &[("x", "p", "l")]);
+        solids.shapes[0].solid_step_id = Some(7);
+        let pair = Registry::of(&[whole, solids]).pairs.remove(0);
+        assert_eq!((pair.n_files, pair.n_shapes), (1, 0));
     }
 
     #[test]

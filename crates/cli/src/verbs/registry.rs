@@ -114,9 +114,9 @@ fn text_of_pair(pair: &PackagePair) -> String {
     let mut lines = vec![
         format!("{first} and {second}: {settings}"),
         format!(
-            "  in both: {} of {}",
-            counted(pair.n_shapes, "shape", "shapes"),
-            counted(pair.n_files, "file", "files")
+            "  in both: {}, and {} of one unit",
+            counted(pair.n_files, "file", "files"),
+            counted(pair.n_shapes, "shape", "shapes")
         ),
         format!("  equal parts: {}", pair.n_same_parts),
         format!("  equal labels: {}", pair.n_same_labels),
