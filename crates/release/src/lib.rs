@@ -1,7 +1,7 @@
 //! Makes and reads packages of released labels, which contain no geometry.
 //!
 //! The labels of shapes go in ([`ReleasedRow`]), and the bytes of the files of a package come out: Parquet tables, a
-//! [`Manifest`] with the hash of every file, a [`datasheet`], and a [`license_note`]. The same bytes become rows again.
+//! [`Manifest`] with the hash of every file, a [`datasheet()`], and a [`license_note()`]. The same bytes become rows again.
 //! [`first_difference`] compares the labels of a package with labels of today, and [`Registry`] joins several packages by the
 //! hash of the STEP text.
 //!
