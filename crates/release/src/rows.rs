@@ -210,6 +210,9 @@ pub fn shapes_from_parquet(bytes: Vec<u8>) -> Result<Vec<ReleasedShape>, RowsErr
     shapes_of(&mut table)
 }
 
+/// A field of a shape, to be filled from a column.
+type Field<T> = fn(&mut ReleasedShape) -> &mut T;
+
 fn shapes_of(table: &mut Table) -> Result<Vec<ReleasedShape>, RowsError> {
     let n_rows = table.n_rows();
     let mut shapes = vec![ReleasedShape::default(); n_rows];
@@ -223,7 +226,7 @@ fn shapes_of(table: &mut Table) -> Result<Vec<ReleasedShape>, RowsError> {
     fill(&mut shapes, table, "status", |shape, status| {
         shape.status = status;
     })?;
-    let numbers: [(&'static str, fn(&mut ReleasedShape) -> &mut u64); 3] = [
+    let numbers: [(&'static str, Field<u64>); 3] = [
         ("n_faces", |shape| &mut shape.n_faces),
         ("n_parts", |shape| &mut shape.n_parts),
         ("n_labels", |shape| &mut shape.n_labels),
@@ -237,7 +240,7 @@ fn shapes_of(table: &mut Table) -> Result<Vec<ReleasedShape>, RowsError> {
     for (shape, solid) in shapes.iter_mut().zip(solids) {
         shape.solid_step_id = solid;
     }
-    let optional: [(&str, fn(&mut ReleasedShape) -> &mut Option<String>); 4] = [
+    let optional: [(&str, Field<Option<String>>); 4] = [
         ("source", |shape| &mut shape.source),
         ("labels_sha256", |shape| &mut shape.labels_sha256),
         ("parts_sha256", |shape| &mut shape.parts_sha256),
