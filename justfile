@@ -106,6 +106,11 @@ prove-partfield partfield dataset out: (_venv "partfield" "numpy scipy scikit-le
     cargo build --release
     "{{build}}/partfield/bin/python" tools/partfield/prove.py {{partfield}} "{{program}}" {{dataset}} {{out}}
 
+# Exported tables and tar files, read by pandas, polars, DuckDB, datasets and webdataset, which pip installs.
+check-parquet:
+    cargo build --release
+    .ci/parquet
+
 # HDF5 files in every form that h5py writes are read: just check-hdf5 OUT (installs h5py)
 check-hdf5 out: (_venv "hdf5" "numpy h5py")
     cargo build --release

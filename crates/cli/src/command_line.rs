@@ -5,7 +5,7 @@ use clap::{Command, CommandFactory};
 use std::env;
 
 /// The verbs under their headings, in the order in which somebody needs them. A verb that is in none of them is not built in.
-const GROUPS: [(&str, &[&str]); 7] = [
+const GROUPS: [(&str, &[&str]); 8] = [
     ("Whole experiments", &["run", "verdict", "config"]),
     (
         "Label STEP files",
@@ -36,6 +36,10 @@ const GROUPS: [(&str, &[&str]); 7] = [
     (
         "Exchange with other programs",
         &["export", "check", "render"],
+    ),
+    (
+        "Release labels without geometry",
+        &["release", "attach", "registry"],
     ),
     (
         "The program itself",

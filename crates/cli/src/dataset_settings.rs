@@ -4,10 +4,12 @@ use crate::config::{Config, Difference, Emit, LabelConfig, SampleConfig, differe
 use crate::counted::counted;
 use crate::label::{InputFile, Shard};
 use anyhow::{Context, Result, bail};
-use partprobe_carrier::hexadecimal;
+use partprobe_carrier::{hexadecimal, sha256_hex};
 use partprobe_dataset::{DatasetError, SETTINGS_FILE};
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 use sha2::{Digest, Sha256};
+use std::collections::BTreeMap;
 use std::fmt;
 use std::fs;
 use std::io::{self, ErrorKind};
@@ -33,6 +35,26 @@ pub(crate) const NEUTRAL_LABEL_KEYS: [&str; 7] = [
     "watchdog_s",
 ];
 
+/// The hash of the settings that decide the carriers of a data set, in hexadecimal; `None` if the data set does not record them.
+#[must_use]
+pub(crate) fn settings_sha256_of(folder: &Path) -> Option<String> {
+    let settings = fs::read(folder.join(SETTINGS_FILE)).ok()?;
+    let settings: Value = serde_json::from_slice(&settings).ok()?;
+    settings_sha256(&settings["label"])
+}
+
+/// The hash of the table `[label]` without the keys that do not reach a carrier; `None` if it is not a table.
+#[must_use]
+pub(crate) fn settings_sha256(label: &Value) -> Option<String> {
+    let is_counted = |key: &&String| !NEUTRAL_LABEL_KEYS.contains(&key.as_str());
+    let counted: BTreeMap<&String, &Value> = label
+        .as_object()?
+        .iter()
+        .filter(|(key, _)| is_counted(key))
+        .collect();
+    Some(sha256_hex(&serde_json::to_vec(&counted).ok()?))
+}
+
 /// What a data set was made with, and from.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub(crate) struct DatasetSettings {
@@ -50,6 +72,9 @@ pub(crate) struct DatasetSettings {
     /// The share of them that this data set holds, if it is not all.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) shard: Option<Shard>,
+    /// The hash of the `release.json` whose labels the shapes have, if `attach` made the data set.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) package_sha256: Option<String>,
 }
 
 /// What tells one list of inputs from another.
@@ -120,6 +145,7 @@ impl DatasetSettings {
                 .then(|| config.sample.clone()),
             inputs: Inputs::of(files),
             shard,
+            package_sha256: None,
         }
     }
 

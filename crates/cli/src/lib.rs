@@ -33,6 +33,7 @@ mod folder_lock;
 mod implicit;
 mod interrupt;
 mod label;
+mod label_package;
 mod label_sources;
 mod onnx_library;
 mod output_folder;

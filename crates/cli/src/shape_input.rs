@@ -3,16 +3,19 @@
 
 use crate::config::{self, Config, Emit};
 use crate::counted::counted;
+use crate::dataset_settings::settings_sha256_of;
 use crate::interrupt::Interrupt;
 use crate::label::{LabelJob, StoppedBatch, label_paths, warn_of_unread};
 use crate::usage::UsageError;
 use anyhow::{Context, Result, anyhow, ensure};
 use partprobe_carrier::Carrier;
 use partprobe_dataset::{CarrierRef, Dataset, IndexEntry, SETTINGS_FILE, Status};
+use partprobe_label::Unit;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Component, Path, PathBuf};
+use std::sync::Arc;
 
 /// Where shapes come from, on the command line.
 #[derive(Clone, Debug, clap::Args)]
@@ -250,6 +253,12 @@ pub(crate) struct ShapeInput {
     pub(crate) stem: PathBuf,
     /// How many parts it has after small ones were absorbed, where the index says so.
     pub(crate) n_labels: Option<usize>,
+    /// The `#` number of the solid, if the shape is one.
+    pub(crate) solid_step_id: Option<u64>,
+    /// The hash of the settings that its data set was labeled with. A carrier file of its own has none.
+    pub(crate) settings_sha256: Option<Arc<str>>,
+    /// What became a shape, where a data set says so.
+    pub(crate) unit: Option<Unit>,
     /// The carrier's file, and what must be true of it.
     carrier: CarrierRef,
 }
@@ -268,6 +277,9 @@ impl ShapeInput {
             id,
             product: None,
             n_labels: None,
+            solid_step_id: None,
+            settings_sha256: None,
+            unit: None,
             carrier,
         }
     }
@@ -279,6 +291,15 @@ impl ShapeInput {
     pub(crate) fn carrier(&self) -> Result<Carrier> {
         let (carrier, _) = self.carrier.read()?;
         Ok(carrier)
+    }
+
+    /// The bytes of the carrier's file, which [`carrier`](Self::carrier) has checked.
+    ///
+    /// # Errors
+    /// If the file cannot be read.
+    pub(crate) fn file_bytes(&self) -> Result<Vec<u8>> {
+        let path = &self.carrier.path;
+        fs::read(path).with_context(|| format!("reading {}", path.display()))
     }
 }
 
@@ -338,13 +359,18 @@ impl ShapeInputs {
     }
 
     fn add_dataset(&mut self, dataset: &Dataset) {
+        let settings_sha256: Option<Arc<str>> =
+            settings_sha256_of(dataset.root()).map(|hash| hash.into());
         for entry in dataset
             .entries()
             .iter()
             .filter(|entry| entry.status != Status::Skipped)
         {
             match shape_of(dataset, entry) {
-                Ok(shape) => self.shapes.push(shape),
+                Ok(shape) => self.shapes.push(ShapeInput {
+                    settings_sha256: settings_sha256.clone(),
+                    ..shape
+                }),
                 Err(reason) => {
                     let (id, source) = (entry.id.clone(), entry.source.clone());
                     self.failed.push(FailedInput { id, source, reason });
@@ -394,6 +420,12 @@ fn shape_of(dataset: &Dataset, entry: &IndexEntry) -> Result<ShapeInput, String>
         product: entry.product.clone(),
         stem: Path::new(file).with_file_name(&entry.id),
         n_labels: Some(entry.n_labels),
+        solid_step_id: entry.solid_step_id,
+        settings_sha256: None,
+        unit: Some(match entry.solid_step_id {
+            Some(_) => Unit::Solid,
+            None => Unit::File,
+        }),
         carrier,
     })
 }

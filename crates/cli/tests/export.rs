@@ -10,14 +10,18 @@ mod folder;
 
 use folder::contents;
 use partprobe_carrier::Carrier;
-use partprobe_formats::{Array, Values, array_from_npy, array_to_npy, carrier_from_npz};
+use partprobe_formats::{
+    Array, Values, array_from_npy, array_to_npy, arrays_from_npz, carrier_from_npz,
+};
 use partprobe_synth::{SynthSettings, part};
+use partprobe_tables::{Columns, ShapeLabels, Text, labels_of_table, table_from_parquet};
 use serde_json::Value;
 use std::fs;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-const FORMATS: [&str; 7] = [
+const FORMATS: [&str; 9] = [
     "glb",
     "ply",
     "obj",
@@ -25,6 +29,8 @@ const FORMATS: [&str; 7] = [
     "brepnet",
     "pointcept",
     "partfield-input",
+    "parquet",
+    "webdataset",
 ];
 const SHAPE: &str = "steps__p1";
 
@@ -337,6 +343,81 @@ fn points_know_class_and_instance() {
         2,
         "--max-parts is below",
     );
+}
+
+#[test]
+fn tables_have_a_row_per_shape_and_the_labels_of_the_carriers() {
+    let folder = labeled_parts();
+    let path = folder.path();
+    check(path, "label steps --out e --layers smooth-12", 0, "");
+    check(
+        path,
+        "export parquet e --out t --shard-size 2",
+        0,
+        "5 shapes in 3 files, 1 failed",
+    );
+    let mut ids = Vec::new();
+    for number in 0..3 {
+        let bytes = fs::read(path.join(format!("t/part-{number:05}.parquet"))).unwrap();
+        let mut table = table_from_parquet(bytes, Columns::All).unwrap().table;
+        let of_file = table.take_cells::<Text>("id").unwrap();
+        let units = table.take_cells::<Text>("unit").unwrap();
+        assert!(units.iter().all(|unit| unit.as_deref() == Some("file")));
+        for (id, labels) in of_file.into_iter().zip(labels_of_table(table).unwrap()) {
+            let id = id.unwrap();
+            let bytes = fs::read(path.join(format!("e/{id}.npz"))).unwrap();
+            let carrier = carrier_from_npz(&bytes).unwrap();
+            assert_eq!(labels, Some(ShapeLabels::of(&carrier)), "{id}");
+            ids.push(id.into_owned());
+        }
+    }
+    assert_eq!(
+        ids,
+        (0..5).map(|n| format!("steps__p{n}")).collect::<Vec<_>>()
+    );
+    let shapes = lines(&path.join("t/shapes.jsonl"));
+    assert_eq!(shapes[4]["files"][0], "part-00002.parquet");
+}
+
+#[test]
+fn samples_are_sorted_and_hold_what_was_asked_for() {
+    let folder = labeled_parts();
+    let path = folder.path();
+    for (content, member) in [
+        ("carrier", "triangles"),
+        ("labels", "face_label"),
+        ("points", "points"),
+    ] {
+        check(
+            path,
+            &format!(
+                "export webdataset d --out {content} --content {content} --points 50 --shard-size 3"
+            ),
+            0,
+            "5 shapes in 2 files",
+        );
+        let mut names = Vec::new();
+        for number in 0..2 {
+            let file =
+                fs::File::open(path.join(format!("{content}/shapes-{number:06}.tar"))).unwrap();
+            for entry in tar::Archive::new(file).entries().unwrap() {
+                let mut entry = entry.unwrap();
+                let name = entry.path().unwrap().display().to_string();
+                let mut bytes = Vec::new();
+                entry.read_to_end(&mut bytes).unwrap();
+                if name.ends_with(".npz") {
+                    let arrays = arrays_from_npz(&bytes).unwrap();
+                    assert!(arrays.array(member).is_some(), "{content}");
+                } else {
+                    let facts: Value = serde_json::from_slice(&bytes).unwrap();
+                    assert_eq!(format!("{}.json", facts["id"].as_str().unwrap()), name);
+                }
+                names.push(name);
+            }
+        }
+        let expected = (0..5).flat_map(|n| ["npz", "json"].map(|e| format!("steps__p{n}.{e}")));
+        assert_eq!(names, expected.collect::<Vec<_>>());
+    }
 }
 
 #[test]

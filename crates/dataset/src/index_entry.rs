@@ -17,8 +17,11 @@ pub enum Status {
     TimedOut,
     /// The file asks for more work or memory than the settings allow; the reason names the budget.
     OverBudget,
-    /// The member of an archive is not read: its name is unsafe or taken, or it is no plain file.
+    /// The member of an archive is not read: its name is unsafe or taken, or it is no plain file. Or the package that files are
+    /// attached to does not have this one.
     Refused,
+    /// The labels are not those of the package that the file was attached to; the reason names the first difference.
+    Differs,
     /// What stands in a folder is not read, because it is not a file or its ending is not one of STEP.
     Skipped,
 }
@@ -34,6 +37,7 @@ impl Status {
             Self::TimedOut => "timed-out",
             Self::OverBudget => "over-budget",
             Self::Refused => "refused",
+            Self::Differs => "differs",
             Self::Skipped => "skipped",
         }
     }

@@ -65,4 +65,4 @@ pub use json_lines::{json_document, json_lines};
 pub use lock::is_locked_elsewhere;
 pub use shape_files::{FileKind, FileLayout, ShapeFiles};
 pub use timing::{TIMING_FILE, Timing};
-pub use writer::{DatasetWriteError, DatasetWriter};
+pub use writer::{DatasetWriteError, DatasetWriter, is_plain_name};

@@ -283,7 +283,8 @@ impl DatasetWriter {
 }
 
 /// Whether an id can be the name of a file in any folder.
-fn is_plain_name(id: &str) -> bool {
+#[must_use]
+pub fn is_plain_name(id: &str) -> bool {
     let mut components = Path::new(id).components();
     let first = components.next();
     matches!(first, Some(Component::Normal(name)) if name == id) && components.next().is_none()

@@ -8,6 +8,7 @@
 //! | `archive` | zip, tar and 7z archives of STEP files, packed STEP files, names of their members |
 //! | `pointcept` | the folders that Pointcept trains on |
 //! | `partfield` | the meshes that PartField reads, and the map back to their carriers |
+//! | `webdataset` | the tar files that WebDataset reads |
 //!
 //! A slice of bytes or a value goes in, and the other one comes out.
 //!
@@ -50,6 +51,7 @@ mod partfield;
 mod point_sample;
 mod pointcept;
 mod tensorboard;
+mod webdataset;
 
 pub use archive::name_text::{name_of_text, text_of_name};
 pub use archive::step_name::{is_step_xml_name, step_stem};
@@ -93,3 +95,4 @@ pub use point_sample::{
 pub use pointcept::check::{PointceptProblem, check_pointcept_shape};
 pub use pointcept::folder::{POINTCEPT_FILES, pointcept_config, pointcept_files};
 pub use tensorboard::{TensorboardEvent, tensorboard_record};
+pub use webdataset::{WebdatasetWriter, webdataset_keys};

@@ -5,6 +5,7 @@ use super::job::LabelJob;
 use super::producer::{ExpectedFiles, Producer};
 use super::protocol::{EmittedFile, WorkerSettings};
 use super::record::Recorder;
+use super::released::{EmittedShape, ReleasedLabels};
 use super::summary::Summary;
 use super::target::{Target, prepare};
 use super::task_queue::{Task, TaskQueue, TaskText};
@@ -83,6 +84,7 @@ pub(crate) fn label_paths(job: &LabelJob, interrupt: &Interrupt) -> Result<Summa
         queue: &queue,
         recorder: &recorder,
         interrupt,
+        released: job.released.as_deref(),
     };
     let max_bytes = job.config.label.max_file_mb << 20;
     let producer = Producer {
@@ -92,6 +94,7 @@ pub(crate) fn label_paths(job: &LabelJob, interrupt: &Interrupt) -> Result<Summa
         queue: &queue,
         recorder: &recorder,
         interrupt,
+        released: job.released.as_deref(),
     };
     let is_done = batch.run(&producer, job.n_workers)?;
     let writer = recorder.into_writer();
@@ -122,6 +125,7 @@ struct Batch<'a> {
     queue: &'a TaskQueue,
     recorder: &'a Recorder,
     interrupt: &'a Interrupt,
+    released: Option<&'a ReleasedLabels>,
 }
 
 impl Batch<'_> {
@@ -180,8 +184,8 @@ impl Batch<'_> {
         let seconds = answer.as_ref().ok().map(|reply| reply.seconds);
         let mut written = Vec::new();
         let entries = match answer {
-            Ok(reply) => reply
-                .shapes
+            Ok(reply) => self
+                .checked(&task, reply.shapes)?
                 .into_iter()
                 .map(|(entry, emitted)| self.store_shape(entry, emitted, &mut written))
                 .collect::<Result<_>>()?,
@@ -206,6 +210,14 @@ impl Batch<'_> {
             seconds,
             ended: unix_seconds(),
         })
+    }
+
+    /// The shapes as the package has them, if the batch is held to one.
+    fn checked(&self, task: &Task, shapes: Vec<EmittedShape>) -> Result<Vec<EmittedShape>> {
+        match self.released {
+            Some(released) => released.checked(&task.id, &task.source, shapes),
+            None => Ok(shapes),
+        }
     }
 
     /// The hash of a text that no worker could label: by it, --resume notices that the file was edited.

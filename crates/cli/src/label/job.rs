@@ -1,9 +1,11 @@
 //! Defines what is labeled, how, and what may be in the folder already.
 
+use super::released::ReleasedLabels;
 use super::shard::Shard;
 use crate::config::Config;
 use partprobe_dataset::Status;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// What is done with a data set that stands in the folder.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -29,6 +31,8 @@ pub(crate) struct LabelJob {
     pub(super) n_workers: usize,
     pub(super) shard: Option<Shard>,
     pub(super) existing: ExistingDataset,
+    /// The labels that the files must have, if they were released.
+    pub(super) released: Option<Arc<ReleasedLabels>>,
 }
 
 impl LabelJob {
@@ -48,6 +52,7 @@ impl LabelJob {
             n_workers: n_workers.max(1),
             shard: None,
             existing: ExistingDataset::Refused,
+            released: None,
         }
     }
 
@@ -56,6 +61,15 @@ impl LabelJob {
     pub(crate) fn with_lists(self, lists: &[PathBuf]) -> Self {
         Self {
             lists: lists.to_vec(),
+            ..self
+        }
+    }
+
+    /// The same job, for files of a package alone, which must get the labels of the package.
+    #[must_use]
+    pub(crate) fn with_released(self, released: &Arc<ReleasedLabels>) -> Self {
+        Self {
+            released: Some(Arc::clone(released)),
             ..self
         }
     }

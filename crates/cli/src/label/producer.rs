@@ -4,14 +4,16 @@ use super::input_files::{InputFile, InputList};
 use super::other_endings::OtherEndings;
 use super::over_budget::too_large;
 use super::record::Recorder;
+use super::released::{NotReleased, ReleasedLabels};
 use super::shape_id::{IdForm, SKIPPED_MARK, distinct_forms, id_of};
 use super::shard::Shard;
 use super::task_queue::{Task, TaskQueue, TaskText};
+use super::text_hash::{hash_of_file, hash_of_member};
 use crate::interrupt::Interrupt;
 use anyhow::Result;
 use partprobe_dataset::{IndexEntry, Status};
 use partprobe_formats::{
-    ArchiveKind, ContentError, Member, Refusal, listed_names, step_stem, walk_archive,
+    ArchiveKind, Content, ContentError, Member, Refusal, listed_names, step_stem, walk_archive,
 };
 use sha2::{Digest, Sha256};
 use std::collections::{BTreeMap, BTreeSet};
@@ -19,6 +21,8 @@ use std::fs::File;
 use std::io::BufReader;
 use std::ops::ControlFlow;
 
+/// What ends the id of a file that the package does not have.
+const REFUSED_MARK: &str = "#refused";
 /// An archive is read in pieces of this size.
 const BUFFER_BYTES: usize = 1 << 18;
 
@@ -84,6 +88,7 @@ pub(super) struct Producer<'a> {
     pub(super) queue: &'a TaskQueue,
     pub(super) recorder: &'a Recorder,
     pub(super) interrupt: &'a Interrupt,
+    pub(super) released: Option<&'a ReleasedLabels>,
 }
 
 /// Hashes of ids; a million of them take 30 MB.
@@ -173,7 +178,7 @@ impl Producer<'_> {
             }
             let goes_on = match file.archive {
                 Some(kind) => self.feed_archive(file, kind, &mut taken)?,
-                None => self.feed_file(file),
+                None => self.feed_file(file)?,
             };
             if !goes_on {
                 return Ok(false);
@@ -182,16 +187,57 @@ impl Producer<'_> {
         Ok(true)
     }
 
-    fn feed_file(&self, file: &InputFile) -> bool {
-        if !self.is_held(&file.id) || self.recorder.has(&file.name) {
-            return true;
+    fn feed_file(&self, file: &InputFile) -> Result<bool> {
+        let hash = || hash_of_file(&file.path, self.max_bytes);
+        let Some(id) = self.released_id(&file.id, &file.name, hash)? else {
+            return Ok(true);
+        };
+        if !self.is_held(&id) || self.recorder.has(&file.name) {
+            return Ok(true);
         }
         let text = TaskText::Path(file.path.clone());
-        self.queue.push(Task {
-            id: file.id.clone(),
+        Ok(self.queue.push(Task {
+            id,
             source: file.name.clone(),
             text,
-        })
+        }))
+    }
+
+    /// The id of a file: that of the package, if the batch is held to one. `None` if the package does not have the file, which
+    /// is noted then.
+    ///
+    /// Files are given to the package in the order of the inputs, also those that an earlier call has done, so that a batch that
+    /// is resumed gives the same ids.
+    fn released_id(
+        &self,
+        own_id: &str,
+        source: &str,
+        hash: impl FnOnce() -> Option<String>,
+    ) -> Result<Option<String>> {
+        let Some(released) = self.released else {
+            return Ok(Some(own_id.to_owned()));
+        };
+        // A file that cannot be read goes to a worker, who says why.
+        let Some(sha256) = hash() else {
+            return Ok(Some(own_id.to_owned()));
+        };
+        let reason = match released.take(&sha256, source) {
+            Ok(id) => return Ok(Some(id)),
+            Err(NotReleased::Unknown) => {
+                format!("the package has no file with this SHA-256: {sha256}")
+            }
+            Err(NotReleased::Repeated) => {
+                "the package has this file, and it was given more often than the package has it"
+                    .to_owned()
+            }
+        };
+        let id = format!("{own_id}{REFUSED_MARK}");
+        let entry = IndexEntry::without_carrier(&id, source, Status::Refused, reason);
+        self.record_unread(IndexEntry {
+            sha256: Some(sha256),
+            ..entry
+        })?;
+        Ok(None)
     }
 
     fn feed_archive(
@@ -298,20 +344,35 @@ impl Producer<'_> {
             return Ok(true);
         };
         let source = format!("{}/{name}", archive.name);
-        if !self.is_held(&id) || self.recorder.has(&source) {
+        self.feed_content(&id, &source, content)
+    }
+
+    /// Queues what a member holds, or notes why not; says whether anybody wants more.
+    fn feed_content(&self, id: &str, source: &str, content: Content<'_>) -> Result<bool> {
+        // The package must see a member even if it is done.
+        let is_done = self.recorder.has(source);
+        if !self.is_held(id) || (is_done && self.released.is_none()) {
             return Ok(true);
         }
         match content.read(self.max_bytes) {
-            Ok(bytes) => Ok(self.queue.push(Task {
-                id,
-                source,
-                text: TaskText::Bytes(bytes),
-            })),
+            Ok(bytes) => {
+                let hash = || hash_of_member(bytes.clone(), self.max_bytes);
+                let id = self.released_id(id, source, hash)?;
+                let Some(id) = id.filter(|_| !is_done) else {
+                    return Ok(true);
+                };
+                Ok(self.queue.push(Task {
+                    id,
+                    source: source.to_owned(),
+                    text: TaskText::Bytes(bytes),
+                }))
+            }
+            Err(_) if is_done => Ok(true),
             Err(error) => {
                 let (status, reason) = content_outcome(&error);
                 self.recorder
                     .record_without_worker(IndexEntry::without_carrier(
-                        &id, &source, status, reason,
+                        id, source, status, reason,
                     ))?;
                 Ok(true)
             }

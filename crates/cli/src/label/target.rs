@@ -40,7 +40,11 @@ pub(super) fn prepare(
 ) -> Result<(Target, FolderLock)> {
     make_folder(&job.out)?;
     let lock = FolderLock::take(&job.out, "labeling into")?;
-    let settings = DatasetSettings::new(&job.config, files, job.shard);
+    let released = job.released.as_deref();
+    let settings = DatasetSettings {
+        package_sha256: released.map(|released| released.package().sha256.clone()),
+        ..DatasetSettings::new(&job.config, files, job.shard)
+    };
     match &job.existing {
         ExistingDataset::Replaced => remove_dataset(&job.out, files)?,
         ExistingDataset::Resumed | ExistingDataset::Retried(_)

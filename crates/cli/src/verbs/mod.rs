@@ -3,6 +3,7 @@
 //! A command reads its arguments, calls the libraries, and prints. To add one, write its module, and add a line to each of
 //! the three lists below.
 
+mod attach;
 mod bench;
 mod calibrate;
 mod check;
@@ -25,6 +26,8 @@ mod merge;
 mod models;
 #[cfg(feature = "train")]
 mod parity;
+mod registry;
+mod release;
 mod render;
 #[cfg(feature = "train")]
 mod replay;
@@ -78,6 +81,9 @@ pub(crate) enum Verb {
     Synth(synth::SynthArgs),
     Verify(verify::VerifyArgs),
     Export(export::ExportArgs),
+    Release(release::ReleaseArgs),
+    Attach(attach::AttachArgs),
+    Registry(registry::RegistryArgs),
     Check(check::CheckArgs),
     Calibrate(calibrate::CalibrateArgs),
     Compare(compare::CompareArgs),
@@ -138,6 +144,9 @@ impl Verb {
             Self::Synth(args) => synth::synth(args).map(done),
             Self::Verify(args) => verify::verify(args).map(done),
             Self::Export(args) => export::export(args).map(done),
+            Self::Release(args) => release::release(args).map(done),
+            Self::Attach(args) => attach::attach(args).map(done),
+            Self::Registry(args) => registry::registry(args).map(done),
             Self::Check(args) => check::check(args).map(done),
             Self::Calibrate(args) => calibrate::calibrate(args).map(done),
             Self::Compare(args) => compare::compare(args).map(done),

@@ -10,15 +10,18 @@ use crate::progress::Progress;
 use crate::shape_input::ShapeInput;
 use crate::stderr;
 use crate::stdout::print_line;
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Context, Result, anyhow, ensure};
 use partprobe_carrier::Carrier;
 use partprobe_dataset::json_lines;
 use rayon::prelude::*;
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Failures are named on stderr up to this number, and counted beyond; `shapes.jsonl` names them all.
 const MAX_WARNINGS: usize = 10;
+/// Shapes that a thread works on before their results are taken.
+const SHAPES_PER_THREAD: usize = 16;
 
 /// The files of a shape: paths below the export, and bytes.
 pub(super) type Files = Vec<(PathBuf, Vec<u8>)>;
@@ -41,6 +44,26 @@ impl Batch<'_> {
         shapes: &[&ShapeInput],
         work: impl Fn(&ShapeInput, &Carrier) -> Result<T> + Sync,
     ) -> Result<Vec<Result<T>>> {
+        let mut all = Vec::with_capacity(shapes.len());
+        self.for_each(what, shapes, work, |_, done| {
+            all.push(done);
+            Ok(())
+        })?;
+        Ok(all)
+    }
+
+    /// Reads each carrier and hands what `work` makes of it to `take`, in the order of the shapes. Few results are in memory
+    /// at a time.
+    ///
+    /// # Errors
+    /// As for [`map`](Self::map), or if `take` fails.
+    pub(super) fn for_each<T: Send>(
+        &self,
+        what: &str,
+        shapes: &[&ShapeInput],
+        work: impl Fn(&ShapeInput, &Carrier) -> Result<T> + Sync,
+        mut take: impl FnMut(&ShapeInput, Result<T>) -> Result<()>,
+    ) -> Result<()> {
         let bar = Progress::on_terminal().bar(what, shapes.len());
         let has_no_room = AtomicBool::new(false);
         let pool = rayon::ThreadPoolBuilder::new()
@@ -58,27 +81,40 @@ impl Batch<'_> {
             bar.inc(1);
             done
         };
-        let done: Vec<Option<Result<T>>> = pool.install(|| shapes.par_iter().map(one).collect());
+        let mut n_done = 0;
+        for chunk in shapes.chunks(self.n_threads * SHAPES_PER_THREAD) {
+            let mut done: Vec<_> = pool.install(|| chunk.par_iter().map(one).collect());
+            let has_broken = |done: &Option<Result<T>>| matches!(done, Some(Err(error)) if is_output_error(error));
+            if let Some(position) = done.iter().position(has_broken)
+                && let Some(Err(error)) = done.swap_remove(position)
+            {
+                return Err(self.incomplete(error));
+            }
+            for (shape, done) in chunk.iter().zip(done) {
+                let Some(done) = done else {
+                    return Err(self.stopped(n_done, shapes.len()));
+                };
+                take(shape, done)?;
+                n_done += 1;
+            }
+        }
         bar.finish_and_clear();
-        let mut done = done;
-        let broken = done
-            .iter()
-            .position(|done| matches!(done, Some(Err(error)) if is_output_error(error)));
-        if let Some(Some(Err(error))) = broken.map(|place| done.swap_remove(place)) {
-            let out = self.folder.root().display();
-            return Err(error.context(format!(
-                "{out} is not complete; make room or choose another --out"
-            )));
-        }
-        let n_done = done.iter().flatten().count();
-        if n_done < shapes.len() {
-            let out = self.folder.root().display();
-            bail!(
-                "stopped after {n_done} of {}; {out} is not complete, export again with --force",
-                counted(shapes.len(), "shape", "shapes")
-            );
-        }
-        Ok(done.into_iter().flatten().collect())
+        Ok(())
+    }
+
+    fn incomplete(&self, error: anyhow::Error) -> anyhow::Error {
+        let out = self.folder.root().display();
+        error.context(format!(
+            "{out} is not complete; make room or choose another --out"
+        ))
+    }
+
+    fn stopped(&self, n_done: usize, n_shapes: usize) -> anyhow::Error {
+        let out = self.folder.root().display();
+        anyhow!(
+            "stopped after {n_done} of {}; {out} is not complete, export again with --force",
+            counted(n_shapes, "shape", "shapes")
+        )
     }
 
     /// Writes the files that `files_of` makes of each shape, and gives a line for each.
@@ -120,7 +156,9 @@ impl Batch<'_> {
                 failed.len() - MAX_WARNINGS
             ));
         }
-        let n_files: usize = lines.iter().map(|line| line.files.len()).sum();
+        // Shapes may share a file.
+        let files: BTreeSet<&String> = lines.iter().flat_map(|line| &line.files).collect();
+        let n_files = files.len();
         let n_written = lines.iter().filter(|line| !line.files.is_empty()).count();
         let out = self.folder.root().display();
         let (shapes, files) = (

@@ -4,9 +4,11 @@ use super::exporter::Exporter;
 use super::face_files::BrepnetArgs;
 use super::mesh_files::{GlbArgs, ObjArgs, PlyArgs};
 use super::outputs::Outputs;
+use super::parquet::ParquetArgs;
 use super::part_files::PartsArgs;
 use super::partfield_input::PartFieldInputArgs;
 use super::pointcept::PointceptArgs;
+use super::webdataset::WebdatasetArgs;
 use anyhow::Result;
 
 /// Makes the subcommands and the list of their files from one line for each format.
@@ -53,4 +55,8 @@ exporters! {
     Pointcept(PointceptArgs),
     /// Meshes that PartField reads, with the map that its results come back by.
     PartFieldInput(PartFieldInputArgs),
+    /// Parquet tables with a row per shape and lists per face and edge, for pandas, polars, DuckDB and datasets.
+    Parquet(ParquetArgs),
+    /// Tar shards of NPZ and JSON files, as WebDataset reads them.
+    Webdataset(WebdatasetArgs),
 }

@@ -12,6 +12,7 @@ mod folder;
 mod formats;
 mod mesh_files;
 mod outputs;
+mod parquet;
 mod part_files;
 mod partfield_input;
 mod pointcept;
@@ -20,8 +21,10 @@ mod predicted_labels;
 #[cfg(feature = "train")]
 mod predictions;
 mod session;
+mod shape_facts;
 mod shape_line;
 mod verb;
+mod webdataset;
 
 pub(crate) use pointcept::SIDES;
 #[cfg(feature = "train")]
