@@ -1,0 +1,50 @@
+//! Draws carriers as PNG files.
+
+use crate::background::compute;
+use crate::errors::usage;
+use partprobe_carrier::Carrier;
+use partprobe_render::{FaceLabel, PictureStyle, Viewpoint};
+use pyo3::prelude::*;
+use pyo3::types::PyBytes;
+use std::sync::Arc;
+
+/// Sides of a picture in pixels.
+const SIZES: std::ops::RangeInclusive<usize> = 16..=8192;
+
+/// The bytes of the picture of a carrier.
+///
+/// # Errors
+/// `UsageError` if the label or the size is not possible, or the carrier is a cloud.
+pub(crate) fn png<'py>(
+    py: Python<'py>,
+    carrier: &Arc<Carrier>,
+    label: &str,
+    size: usize,
+) -> PyResult<Bound<'py, PyBytes>> {
+    let label = match label {
+        "part" => FaceLabel::Part,
+        "raw-part" => FaceLabel::RawPart,
+        "type" => FaceLabel::Type,
+        "face" => FaceLabel::Face,
+        other => {
+            return Err(usage(format!(
+                "label must be \"part\", \"raw-part\", \"type\" or \"face\", not \"{other}\""
+            )));
+        }
+    };
+    if !SIZES.contains(&size) {
+        return Err(usage(format!(
+            "size must be from {} to {} pixels, not {size}",
+            SIZES.start(),
+            SIZES.end()
+        )));
+    }
+    let style = PictureStyle {
+        label,
+        size,
+        viewpoint: Viewpoint::Best,
+    };
+    let carrier = carrier.clone();
+    let bytes = compute(py, move || style.picture(&carrier).to_png())?.map_err(usage)?;
+    Ok(PyBytes::new(py, &bytes))
+}
