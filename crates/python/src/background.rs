@@ -28,7 +28,7 @@ pub(crate) fn compute<T: Send + 'static>(
         let _ = sender.send(computation());
     };
     thread::Builder::new().stack_size(STACK_BYTES).spawn(run)?;
-    py.detach(|| {
+    py.detach(move || {
         loop {
             match receiver.recv_timeout(POLL) {
                 Ok(result) => return Ok(result),

@@ -45,10 +45,6 @@ impl PyCarrier {
         }
     }
 
-    pub(crate) fn carrier(&self) -> &Arc<Carrier> {
-        &self.carrier
-    }
-
     fn array<'py>(&self, py: Python<'py>, name: &'static str) -> PyResult<Bound<'py, PyAny>> {
         self.arrays.get(py, name, || {
             let array = carrier_array(&self.carrier, name);

@@ -118,10 +118,10 @@ impl PyDataset {
         n_points: usize,
         seed: u64,
         normals: &str,
-        source: String,
+        source: &str,
     ) -> PyResult<Self> {
         let normals = normal_kind(normals)?;
-        source_named(&source).map_err(usage)?;
+        source_named(source).map_err(usage)?;
         let root = path.clone();
         let dataset = compute(py, move || Dataset::open(&path))?
             .map_err(|error| dataset_error(&error, &root))?;
@@ -136,7 +136,7 @@ impl PyDataset {
             n_points,
             seed,
             normals,
-            source,
+            source: source.to_owned(),
         })
     }
 

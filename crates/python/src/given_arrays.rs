@@ -1,7 +1,7 @@
 //! Reads arrays that the caller gives: lists, arrays of NumPy, or tensors in the memory of the CPU.
 
 use crate::errors::usage;
-use numpy::{PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
+use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -11,7 +11,8 @@ use pyo3::types::PyDict;
 /// `UsageError` with the name if it is not one, or a number does not fit in 32 bits.
 pub(crate) fn labels(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Vec<i32>> {
     let array = of_kind(name, given, "iu", 1, "whole numbers")?;
-    let wide: PyReadonlyArray1<'_, i64> = converted(&array, "int64")?.extract()?;
+    let array = converted(&array, "int64")?;
+    let wide: PyReadonlyArray1<'_, i64> = array.extract()?;
     let narrowed = |&label: &i64| {
         i32::try_from(label).map_err(|_| usage(format!("{name}: {label} does not fit in 32 bits")))
     };
@@ -24,7 +25,8 @@ pub(crate) fn labels(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Vec<i32>>
 /// `UsageError` with the name if it is not one.
 pub(crate) fn matrix(name: &str, given: &Bound<'_, PyAny>) -> PyResult<(Vec<f32>, usize)> {
     let array = of_kind(name, given, "f", 2, "floating-point numbers")?;
-    let rows: PyReadonlyArray2<'_, f32> = converted(&array, "float32")?.extract()?;
+    let array = converted(&array, "float32")?;
+    let rows: PyReadonlyArray2<'_, f32> = array.extract()?;
     let dim = rows.shape()[1];
     if dim == 0 {
         return Err(usage(format!("{name}: its rows are empty")));

@@ -86,14 +86,14 @@ impl PyModel {
     }
 
     /// The points of a carrier as the network was trained on them: their number, normals and seed are those of the file.
-    fn sample(&self, py: Python<'_>, carrier: &Bound<'_, PyCarrier>) -> PyResult<Py<PySample>> {
+    fn sample(&self, carrier: &Bound<'_, PyCarrier>) -> PyResult<Py<PySample>> {
         let Preparation {
             n_points,
             normals,
             seed,
         } = &self.preparation;
         let sample = carrier.call_method1("sample", (*n_points, *seed, normals.as_str()))?;
-        Ok(sample.cast_into::<PySample>()?.unbind().clone_ref(py))
+        Ok(sample.cast_into::<PySample>()?.unbind())
     }
 
     /// Embeds points: float32 (N, dim), a unit row per point.
@@ -109,7 +109,7 @@ impl PyModel {
         points: &Bound<'py, PyAny>,
         normals: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let sample = self.points_of(py, points, normals)?;
+        let sample = self.points_of(points, normals)?;
         let (model, config) = (self.model.clone(), self.tokens.clone());
         let rows = compute(py, move || embedded(&model, &sample, &config))?.map_err(usage)?;
         let (values, dim) = rows;
@@ -134,7 +134,6 @@ impl PyModel {
 impl PyModel {
     fn points_of(
         &self,
-        py: Python<'_>,
         points: &Bound<'_, PyAny>,
         normals: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Arc<PointSample>> {
@@ -158,7 +157,7 @@ impl PyModel {
             return Ok(sample.get().sample().clone());
         }
         if let Ok(carrier) = points.cast::<PyCarrier>() {
-            return Ok(self.sample(py, carrier)?.get().sample().clone());
+            return Ok(self.sample(carrier)?.get().sample().clone());
         }
         Err(usage("give a Carrier, a Sample, or points with normals=…"))
     }

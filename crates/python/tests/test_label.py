@@ -203,7 +203,7 @@ class Errors(unittest.TestCase):
             "import partprobe\n"
             "step = partprobe.synth(seed=3, min_parts=30, max_parts=40)\n"
             "print('ready', flush=True)\n"
-            "while True: partprobe.label(step, chord_fraction=1e-6, angle_rad=0.001, volume_loss=0.0)\n"
+            "while True: partprobe.label(step, chord_fraction=1e-4, angle_rad=0.02)\n"
         )
         process = subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         self.assertEqual(process.stdout.readline(), "ready\n")
