@@ -28,7 +28,7 @@ use std::sync::Arc;
 /// >>> import partprobe
 /// >>> carrier = partprobe.label(partprobe.synth(seed=7), id="bracket")
 /// >>> carrier.vertices.shape, carrier.vertices.dtype
-/// ((278, 3), dtype('float64'))
+/// ((357, 3), dtype('float64'))
 /// >>> carrier.triangles.dtype, carrier.vertices is carrier.vertices
 /// (dtype('int64'), True)
 #[pyclass(frozen, name = "Carrier", module = "partprobe")]
@@ -415,7 +415,7 @@ impl PyCarrier {
     /// >>> import partprobe
     /// >>> graph = partprobe.label(partprobe.synth(seed=7)).graph()
     /// >>> {name: array.shape for name, array in graph.items()}
-    /// {'x': (18, 12), 'edge_index': (2, 80), 'edge_attr': (80, 3), 'y': (18,)}
+    /// {'x': (11, 12), 'edge_index': (2, 36), 'edge_attr': (36, 3), 'y': (11,)}
     #[pyo3(signature = (source="step-parts"))]
     fn graph<'py>(&self, py: Python<'py>, source: &str) -> PyResult<Bound<'py, PyDict>> {
         let labels = self.labels(py, source, "faces", 0)?;

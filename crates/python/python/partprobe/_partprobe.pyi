@@ -9,6 +9,21 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from typing_extensions import Self, TypedDict, Unpack
 
+__all__ = [
+    "Carrier",
+    "Dataset",
+    "Model",
+    "Sample",
+    "__version__",
+    "label",
+    "label_all",
+    "label_options",
+    "metrics",
+    "score",
+    "sources",
+    "synth",
+]
+
 _Path: TypeAlias = str | os.PathLike[str]
 _Floats32: TypeAlias = NDArray[np.float32]
 _Floats64: TypeAlias = NDArray[np.float64]
