@@ -10,8 +10,8 @@ scripts=crates/python/partprobe.data/scripts
 test -x "$tools/bin/python" || python3 -m venv "$tools"
 "$tools/bin/python" -m pip install --quiet --disable-pip-version-check maturin==1.16.0
 
-# The build of the whole workspace, as everywhere: maturin finds the libraries compiled.
-cargo build --release --locked
+# With `--workspace` the libraries have the features that they have everywhere: maturin finds them compiled.
+cargo build --release --locked --workspace --bin partprobe
 rm -rf "$scripts"
 mkdir -p "$scripts"
 install -m 755 "$CARGO_TARGET_DIR/release/partprobe" "$scripts/partprobe"
@@ -22,6 +22,6 @@ newest=$(objdump -T "$scripts/partprobe" "$CARGO_TARGET_DIR/release/libpartprobe
     grep -o 'GLIBC_[0-9.]*' | sort -uV | tail -n 1)
 tag="manylinux_${newest#GLIBC_}"
 rm -f "$CARGO_TARGET_DIR"/wheels/partprobe-*.whl
-"$tools/bin/maturin" --quiet build --release --locked --compatibility "${tag//./_}" \
+"$tools/bin/maturin" build --quiet --release --locked --compatibility "${tag//./_}" \
     --manifest-path crates/python/Cargo.toml --out "$CARGO_TARGET_DIR/wheels"
 ls "$CARGO_TARGET_DIR"/wheels/partprobe-*.whl

@@ -17,7 +17,7 @@ class Scores(unittest.TestCase):
         self.assertIn(words, str(caught.exception))
 
     def test_perfect_predictions(self):
-        reference = np.array([4, 4, 2, -1], dtype=np.uint8).astype(np.int16)
+        reference = np.array([4, 4, 2, -1], dtype=np.int16)
         clusters = partprobe.score(reference, predicted=[1, 1, 7, 7])
         rows = np.eye(2)[[0, 0, 1, 1]]
         embedded = partprobe.score(reference, embedding=rows)
