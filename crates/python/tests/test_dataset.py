@@ -45,6 +45,12 @@ class Items(unittest.TestCase):
             item["points"][0] = 0.0
         self.assertEqual(index, N_PARTS - 1)
 
+    def test_the_program_writes_the_same_carriers(self):
+        for index, id in enumerate(self.dataset.ids):
+            carrier = partprobe.label(MATERIAL.parts / f"part{index}.step", id=id)
+            [path] = MATERIAL.dataset.rglob(f"{id}.npz")
+            self.assertEqual(carrier.to_bytes(), path.read_bytes())
+
     def test_the_program_samples_the_same_points(self):
         out = MATERIAL.path / "points"
         arguments = ["--format", "npz", "--n-points", 300, "--seed", 5]
