@@ -51,15 +51,6 @@ impl PyCarrier {
             numpy_array(py, array.ok_or_else(|| PyAttributeError::new_err(name))?)
         })
     }
-
-    fn optional<'py>(
-        &self,
-        py: Python<'py>,
-        name: &'static str,
-    ) -> PyResult<Option<Bound<'py, PyAny>>> {
-        let is_stored = carrier_array(&self.carrier, name).is_some();
-        is_stored.then(|| self.array(py, name)).transpose()
-    }
 }
 
 /// The labels that a source gives to a carrier.
@@ -324,25 +315,35 @@ impl PyCarrier {
     /// Unit normals of the true surface: float32 (V, 3). `None` without `attributes=["normal"]`.
     #[getter]
     fn vertex_normal<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
-        self.optional(py, "vertex_normal")
+        let is_stored = !self.carrier.mesh().vertex_normal.is_empty();
+        is_stored
+            .then(|| self.array(py, "vertex_normal"))
+            .transpose()
     }
 
     /// Surface parameters: float64 (V, 2). `None` without `attributes=["uv"]`.
     #[getter]
     fn vertex_uv<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
-        self.optional(py, "vertex_uv")
+        let is_stored = !self.carrier.attributes().uv.is_empty();
+        is_stored.then(|| self.array(py, "vertex_uv")).transpose()
     }
 
     /// Principal curvatures in 1/mm, the larger first: float32 (V, 2). `None` without `attributes=["curvature"]`.
     #[getter]
     fn vertex_curvature<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
-        self.optional(py, "vertex_curvature")
+        let is_stored = !self.carrier.attributes().curvature.is_empty();
+        is_stored
+            .then(|| self.array(py, "vertex_curvature"))
+            .transpose()
     }
 
     /// Directions of the principal curvatures: float32 (V, 2, 3). `None` without `attributes=["curvature"]`.
     #[getter]
     fn vertex_direction<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
-        self.optional(py, "vertex_direction")
+        let is_stored = !self.carrier.attributes().direction.is_empty();
+        is_stored
+            .then(|| self.array(py, "vertex_direction"))
+            .transpose()
     }
 
     /// The labels that a source gives, without gaps from 0; -1 where it gives none.

@@ -19,6 +19,12 @@
 //! be Python. It would also share its signals, memory limits and allocator with the interpreter. The price is that
 //! the wheel contains the libraries twice.
 
+#![allow(
+    rustdoc::invalid_html_tags,
+    rustdoc::broken_intra_doc_links,
+    reason = "docstrings are Python's: an object is shown as <partprobe.Carrier …>, and an index in brackets"
+)]
+
 mod arrays;
 mod background;
 mod carrier;
