@@ -6,7 +6,7 @@
 //!
 //! # What it guarantees
 //!
-//! - Python runs on while something is computed, and Ctrl-C ends the wait for it ([`background`]).
+//! - Python runs on while something is computed, and Ctrl-C ends the wait for it (`background`).
 //! - Integers are signed, so that `torch.from_numpy` gives indices. The only exception is `face_step_id`, which is a name.
 //! - An array owns its numbers: nothing is copied between the call that makes it and NumPy. Arrays of a carrier and of a
 //!   sample are made at the first access, kept, and cannot be written to. Items of a data set are the caller's own.
@@ -21,8 +21,7 @@
 
 #![allow(
     rustdoc::invalid_html_tags,
-    rustdoc::broken_intra_doc_links,
-    reason = "docstrings are Python's: an object is shown as <partprobe.Carrier …>, and an index in brackets"
+    reason = "docstrings are Python's: an object is shown as <partprobe.Carrier …>"
 )]
 
 mod arrays;

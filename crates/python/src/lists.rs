@@ -27,8 +27,8 @@ pub(crate) fn label_options(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
 /// The names of the label sources; `<K>` and the like stand for a number.
 ///
 /// >>> import partprobe
-/// >>> partprobe.sources()[:2]
-/// ['step-parts', 'step-parts-raw']
+/// >>> "step-parts" in partprobe.sources()
+/// True
 #[pyfunction]
 pub(crate) fn sources() -> Vec<&'static str> {
     SOURCES.iter().map(SourceFactory::pattern).collect()
@@ -47,8 +47,8 @@ pub(crate) fn metrics() -> Vec<&'static str> {
 /// A generated mechanical part, as the bytes of a STEP file. The same arguments give the same bytes.
 ///
 /// >>> import partprobe
-/// >>> partprobe.synth(seed=1, index=3)[:13]
-/// b'ISO-10303-21;'
+/// >>> partprobe.synth(seed=1, index=3).startswith(b"ISO-10303-21;")
+/// True
 #[pyfunction]
 #[pyo3(signature = (*, seed=1, index=0, min_parts=2, max_parts=20))]
 pub(crate) fn synth(
