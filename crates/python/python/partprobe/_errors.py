@@ -1,4 +1,4 @@
-"""Defines the exceptions of the module. All of them are values errors, and their texts say what to do."""
+"""Defines the exceptions of the module. All of them are `ValueError`s, and their texts say what to do."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class StepError(PartprobeError):
     entity: int | None
     """The `#` number of the first entity that was lost, or `None` if the reason is not about an entity."""
     status: str
-    """"over-budget" if larger limits could help, otherwise "failed"."""
+    """`over-budget` if larger limits could help, otherwise `failed`."""
 
     def __init__(self, reason: str, file: str | None = None, entity: int | None = None, status: str = "failed") -> None:
         super().__init__(reason, file, entity, status)
