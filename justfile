@@ -178,6 +178,14 @@ fuzz target seconds:
 truck:
     cargo test --release -p partprobe-truck --features truck
 
+# The wheel of Python, the module and the program, in wheels/ of the target folder; maturin comes from pip.
+wheel:
+    tools/wheel/build.sh
+
+# The wheel in a fresh environment: tests, examples in docstrings, types, and the notebook.
+check-wheel:
+    .ci/wheel
+
 # Models of tools/onnx/make_model.py on ONNX Runtime, which pip installs.
 onnx:
     cargo build --release

@@ -38,6 +38,7 @@ mod metric;
 mod metrics;
 mod oracle_k;
 mod paired;
+mod point_scores;
 mod probe;
 mod score_row;
 mod scores;
@@ -71,6 +72,7 @@ pub use metrics::{
 };
 pub use oracle_k::{OracleError, OracleScores, TokenizedShape, score_oracle_k};
 pub use paired::Difference;
+pub use point_scores::{PointEmbeddings, PointScores};
 pub use probe::{ProbeScore, ProbeScores, probe};
 pub use score_row::ScoreRow;
 pub use scores::{ShapeScores, clusters_of_labels, score_clusters};

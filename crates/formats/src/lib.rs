@@ -61,7 +61,7 @@ pub use archive::{
 };
 pub use carrier::face_tables::{edges_to_csv, faces_to_csv};
 pub use carrier::npz::{
-    CarrierFile, CarrierFileError, carrier_file, carrier_from_npz, carrier_to_npz,
+    CarrierFile, CarrierFileError, carrier_array, carrier_file, carrier_from_npz, carrier_to_npz,
     hashed_carrier_from_npz, labels_to_npz,
 };
 pub use format_version::FORMAT_VERSION;

@@ -105,6 +105,21 @@ pub fn carrier_file(
     })
 }
 
+/// The array that the carrier's file has under this name, without the file. Returns `None` if it has no such member.
+///
+/// Cost: a copy of that array; of any array but those of the mesh, a copy of all of these.
+#[must_use]
+pub fn carrier_array(carrier: &Carrier, name: &str) -> Option<Array> {
+    let of_mesh = MESH_MEMBERS.iter().find(|(member, _)| *member == name);
+    if let Some((_, array_of)) = of_mesh {
+        return Some(array_of(carrier));
+    }
+    let mut members = small_members(carrier).into_iter();
+    members
+        .find(|(member, _)| member == name)
+        .map(|(_, array)| array)
+}
+
 /// A member and its name.
 type NamedArray = (Cow<'static, str>, Array);
 
@@ -582,6 +597,26 @@ mod tests {
             back.graph().faces[0].name.as_ref().map(String::len),
             Some(MAX_NAME_CHARS)
         );
+    }
+
+    #[test]
+    fn an_array_without_the_file_is_the_member_of_the_file() {
+        let carrier = strip(5, 90.0, "top", true);
+        let bytes = carrier_to_npz(&carrier, Compression::Stored).unwrap();
+        let members = arrays_from_npz(&bytes).unwrap();
+        let of_the_archive = ["format_version", "content_hash"];
+        for name in members
+            .names()
+            .filter(|name| !of_the_archive.contains(name))
+        {
+            assert_eq!(
+                carrier_array(&carrier, name).as_ref(),
+                members.array(name),
+                "{name}"
+            );
+        }
+        assert!(carrier_array(&carrier, "vertices").is_some());
+        assert_eq!(carrier_array(&carrier, "nothing"), None);
     }
 
     #[test]

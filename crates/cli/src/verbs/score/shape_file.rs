@@ -1,10 +1,8 @@
 //! Reads the file of one shape: reference labels, and predicted clusters or embeddings of the same points.
 
 use anyhow::{Context, Result, bail, ensure};
-use partprobe_carrier::Embeddings;
-use partprobe_eval::near_boundary;
+use partprobe_eval::{PointEmbeddings, near_boundary};
 use partprobe_formats::{Array, Values, arrays_from_npz};
-use std::collections::HashMap;
 
 /// What a file says of the points of one shape.
 pub(super) struct ShapeFile {
@@ -12,17 +10,9 @@ pub(super) struct ShapeFile {
     pub(super) reference: Vec<i32>,
     /// The cluster of each point; all negative ones are one cluster.
     pub(super) predicted: Option<Vec<i32>>,
-    pub(super) embedded: Option<Embedded>,
+    pub(super) embedded: Option<PointEmbeddings>,
     /// Whether each point is near a boundary of the reference; `None` if the file does not say where the points are.
     pub(super) near_boundary: Option<Vec<bool>>,
-}
-
-/// The embeddings of the points, each different row once.
-pub(super) struct Embedded {
-    pub(super) rows: Embeddings,
-    pub(super) row_of_point: Vec<u32>,
-    /// How many points have each row.
-    pub(super) multiplicity: Vec<u32>,
 }
 
 impl ShapeFile {
@@ -43,7 +33,7 @@ impl ShapeFile {
 
         let predicted = members.array("predicted").map(labels).transpose();
         let predicted = predicted.context("`predicted`")?;
-        let embedded = members.array("embedding").map(Embedded::of).transpose();
+        let embedded = members.array("embedding").map(embeddings).transpose();
         let embedded = embedded.context("`embedding`")?;
         ensure!(
             predicted.is_some() || embedded.is_some(),
@@ -62,7 +52,7 @@ impl ShapeFile {
             ("predicted", predicted.as_ref().map(Vec::len)),
             (
                 "embedding",
-                embedded.as_ref().map(|found| found.row_of_point.len()),
+                embedded.as_ref().map(PointEmbeddings::n_points),
             ),
         ];
         for (member, length) in lengths {
@@ -138,38 +128,16 @@ fn floats(array: &Array) -> Result<Vec<f32>> {
     Ok(values)
 }
 
-impl Embedded {
-    /// A matrix with a row per point. Points of one token usually have equal rows, which are clustered as one.
-    fn of(array: &Array) -> Result<Self> {
-        let &[n_points, dim] = array.shape() else {
-            bail!(
-                "it must be a matrix with a row per point, and its shape is {:?}",
-                array.shape()
-            );
-        };
-        ensure!(dim > 0, "its rows are empty");
-        let values = floats(array)?;
-
-        let mut index_of_row: HashMap<Vec<u32>, u32> = HashMap::new();
-        let mut distinct = Vec::new();
-        let mut multiplicity: Vec<u32> = Vec::new();
-        let mut row_of_point = Vec::with_capacity(n_points);
-        for row in values.chunks_exact(dim) {
-            let bits = row.iter().map(|x| x.to_bits()).collect();
-            let index = *index_of_row.entry(bits).or_insert_with(|| {
-                distinct.extend_from_slice(row);
-                multiplicity.push(0);
-                (multiplicity.len() - 1) as u32
-            });
-            multiplicity[index as usize] += 1;
-            row_of_point.push(index);
-        }
-        Ok(Self {
-            rows: Embeddings::new(dim, distinct)?,
-            row_of_point,
-            multiplicity,
-        })
-    }
+/// A matrix with a row per point.
+fn embeddings(array: &Array) -> Result<PointEmbeddings> {
+    let &[_, dim] = array.shape() else {
+        bail!(
+            "it must be a matrix with a row per point, and its shape is {:?}",
+            array.shape()
+        );
+    };
+    ensure!(dim > 0, "its rows are empty");
+    Ok(PointEmbeddings::new(dim, &floats(array)?)?)
 }
 
 #[cfg(test)]
@@ -186,16 +154,13 @@ mod tests {
     }
 
     #[test]
-    fn equal_rows_are_one_with_the_number_of_its_points() {
+    fn labels_and_rows_are_read() {
         let reference = Array::vector::<i64>(vec![4, 4, -1]);
         let embedding = matrix([3, 2], &[1.0, 0.0, 0.0, 1.0, 1.0, 0.0]);
         let file = read(&[("reference", reference), ("embedding", embedding)]).unwrap();
         assert_eq!(file.reference, [4, 4, -1]);
-
-        let embedded = file.embedded.unwrap();
-        assert_eq!(embedded.rows.values(), [1.0, 0.0, 0.0, 1.0]);
-        assert_eq!(embedded.row_of_point, [0, 1, 0]);
-        assert_eq!(embedded.multiplicity, [2, 1]);
+        let expected = PointEmbeddings::new(2, &[1.0, 0.0, 0.0, 1.0, 1.0, 0.0]).unwrap();
+        assert_eq!(file.embedded, Some(expected));
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! The arguments of `score`, the scores of each file, and what is printed.
 
-use super::shape_file::{Embedded, ShapeFile};
+use super::shape_file::ShapeFile;
 use crate::MISSED_BOUND;
 use crate::config::ClustererName;
 use crate::counted::counted;
@@ -8,13 +8,11 @@ use crate::stderr;
 use crate::stdout::print_result;
 use crate::usage::{UsageError, as_usage_error};
 use anyhow::{Context, Result, ensure};
-use partprobe_carrier::Embeddings;
-use partprobe_cluster::{AverageLinkTree, ClustererSettings};
+use partprobe_cluster::ClustererSettings;
 use partprobe_dataset::{json_document, write_atomically};
 use partprobe_eval::{
-    Bootstrap, ExpectationOutcome, Expectations, ScoreRow, ScoredShape, TableSettings, Tables,
-    TokenizedShape, TrainingFigures, best_cut_ari, clusters_of_labels, gtc, junit_xml,
-    score_clusters, score_oracle_k, split_gtc, tables,
+    Bootstrap, ExpectationOutcome, Expectations, PointEmbeddings, PointScores, ScoreRow,
+    TableSettings, Tables, TrainingFigures, junit_xml, tables,
 };
 use rayon::prelude::*;
 use serde::Serialize;
@@ -28,9 +26,6 @@ const REFERENCE: &str = "reference";
 
 /// The column of clusters that were predicted and not found here.
 const PREDICTED: &str = "predicted";
-
-/// The best cut is not looked for among more rows: the time of the tree grows with their square.
-const MAX_ROWS_OF_TREE: usize = 4096;
 
 /// Score predictions of other programs: clusters or embeddings of points, with reference labels
 #[derive(Clone, Debug, clap::Args)]
@@ -173,7 +168,9 @@ impl ScoreArgs {
             .into_owned();
         let mut rows = Vec::new();
         if let Some(predicted) = &file.predicted {
-            rows.push(predicted_row(&id, predicted, &file)?);
+            let near = file.near_boundary.as_deref();
+            let found = PointScores::of_clusters(predicted, &file.reference, near)?;
+            rows.push(row(&id, PREDICTED, found));
         }
         if let Some(embedded) = &file.embedded {
             for &clusterer in &self.clusterer {
@@ -186,45 +183,18 @@ impl ScoreArgs {
     fn embedded_row(
         &self,
         id: &str,
-        embedded: &Embedded,
+        embedded: &PointEmbeddings,
         file: &ShapeFile,
         clusterer: ClustererName,
     ) -> Result<ScoreRow> {
-        let reference = &file.reference;
-        let tokenized = TokenizedShape {
+        let found = embedded.score(
             id,
-            embeddings: &embedded.rows,
-            multiplicity: &embedded.multiplicity,
-            token_of_point: &embedded.row_of_point,
-        };
-        let found = score_oracle_k(
-            &tokenized,
-            reference,
+            &file.reference,
+            file.near_boundary.as_deref(),
             clusterer.clusterer(&self.settings()).as_ref(),
             self.seed,
         )?;
-        let (rows, row_of_point) = (&embedded.rows, &embedded.row_of_point);
-        let best_cut = if rows.n_rows() <= MAX_ROWS_OF_TREE {
-            let tree = AverageLinkTree::new(rows, &embedded.multiplicity)?;
-            Some(best_cut_ari(&tree, row_of_point, reference)?)
-        } else {
-            None
-        };
-        let clusters = ScoredShape::of_clusters(
-            &found.predicted,
-            reference,
-            row_of_point,
-            rows,
-            found.scores,
-        );
-        let scored = ScoredShape {
-            gtc: Some(gtc(rows, row_of_point, reference)?),
-            split_gtc: split_gtc(rows, row_of_point, reference)?,
-            best_cut_ari: best_cut,
-            near_boundary: file.near_boundary.as_deref(),
-            ..clusters
-        };
-        Ok(row(id, clusterer.name(), &scored))
+        Ok(row(id, clusterer.name(), found))
     }
 
     fn settings(&self) -> ClustererSettings {
@@ -253,28 +223,15 @@ impl ScoreArgs {
     }
 }
 
-/// Points without a predicted cluster are one more cluster: they agree with at most one part.
-fn predicted_row(id: &str, predicted: &[i32], file: &ShapeFile) -> Result<ScoreRow> {
-    let reference = &file.reference;
-    let clusters = clusters_of_labels(predicted);
-    let none = Embeddings::from_rows([[0.0]; 0]);
-    let matched = score_clusters(&clusters, reference)?;
-    let scored = ScoredShape {
-        near_boundary: file.near_boundary.as_deref(),
-        ..ScoredShape::of_clusters(&clusters, reference, &[], &none, matched)
-    };
-    Ok(row(id, PREDICTED, &scored))
-}
-
-fn row(id: &str, clusterer: &str, scored: &ScoredShape<'_>) -> ScoreRow {
+fn row(id: &str, clusterer: &str, found: PointScores) -> ScoreRow {
     ScoreRow {
         shape: id.to_owned(),
         supervision: SCORED.to_owned(),
         seed: 0,
         reference: REFERENCE.to_owned(),
         clusterer: clusterer.to_owned(),
-        k: scored.matched.k,
-        scores: scored.scores(),
+        k: found.k,
+        scores: found.scores,
         group: id.to_owned(),
     }
 }

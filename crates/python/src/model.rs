@@ -1,0 +1,246 @@
+//! The class `Model`: a trained backbone, which embeds points.
+
+use crate::arrays::shaped;
+use crate::background::compute;
+use crate::carrier::PyCarrier;
+use crate::errors::{damaged, os_error, usage};
+use crate::given_arrays::triples;
+use crate::sample::{PySample, normal_kind};
+use partprobe_carrier::{Embeddings, PointSample};
+use partprobe_net::{Backend, Model, ModelFile, TokenConfig, Tokens};
+use pyo3::prelude::*;
+use serde_json::Value;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// The file of the weights in the folder of a training.
+const WEIGHTS: &str = "model.safetensors";
+
+/// A trained backbone: the `model.safetensors` of a training, or the folder of a run.
+///
+/// If the run has several backbones, `supervision` and `seed` choose one. The file itself says what network it is, and how shapes
+/// are prepared for it.
+///
+/// Raises `OSError` if the file cannot be opened, `DamagedFileError` if it does not contain weights, and `UsageError` if several
+/// backbones or none match.
+#[pyclass(frozen, name = "Model", module = "partprobe")]
+pub(crate) struct PyModel {
+    path: PathBuf,
+    model: Arc<Model>,
+    tokens: TokenConfig,
+    preparation: Preparation,
+}
+
+/// How a carrier is sampled for the network.
+struct Preparation {
+    n_points: usize,
+    normals: String,
+    seed: u64,
+}
+
+#[pymethods]
+impl PyModel {
+    #[new]
+    #[pyo3(signature = (path, *, supervision=None, seed=None))]
+    fn new(
+        py: Python<'_>,
+        path: PathBuf,
+        supervision: Option<&str>,
+        seed: Option<u64>,
+    ) -> PyResult<Self> {
+        let path = if path.is_dir() {
+            weights_of_run(&path, supervision, seed)?
+        } else {
+            path
+        };
+        let bytes = fs::read(&path).map_err(|error| os_error(&error, &path))?;
+        let read = compute(py, move || {
+            ModelFile::from_bytes(&bytes, Backend::default())
+        })?;
+        let file = read.map_err(|error| damaged(&error, &path))?;
+        Ok(Self {
+            tokens: tokens_of(&file.preparation),
+            preparation: Preparation::of(&file.preparation),
+            model: Arc::new(file.model),
+            path,
+        })
+    }
+
+    /// The file of the weights.
+    #[getter]
+    fn path(&self) -> PathBuf {
+        self.path.clone()
+    }
+
+    /// The length of an embedding.
+    #[getter]
+    fn dim(&self) -> usize {
+        self.model.config().embedding_dim * self.tokens.test_poses
+    }
+
+    /// The number of parameters, those of the embedding head included.
+    #[getter]
+    fn n_parameters(&self) -> usize {
+        self.model.n_parameters() + self.model.n_head_parameters()
+    }
+
+    /// The points of a carrier as the network was trained on them: their number, normals and seed are those of the file.
+    fn sample(&self, carrier: &Bound<'_, PyCarrier>) -> PyResult<Py<PySample>> {
+        let Preparation {
+            n_points,
+            normals,
+            seed,
+        } = &self.preparation;
+        let sample = carrier.call_method1("sample", (*n_points, *seed, normals.as_str()))?;
+        Ok(sample.cast_into::<PySample>()?.unbind())
+    }
+
+    /// Embeds points: float32 (N, dim), a unit row per point.
+    ///
+    /// `points` is a `Carrier`, which is sampled by `sample` first, a `Sample`, or float (N, 3) with `normals`, float (N, 3). Units do
+    /// not matter. Points of one token have equal rows.
+    ///
+    /// Raises `UsageError` if the points cannot be embedded.
+    #[pyo3(signature = (points, normals=None))]
+    fn embed<'py>(
+        &self,
+        py: Python<'py>,
+        points: &Bound<'py, PyAny>,
+        normals: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let sample = self.points_of(points, normals)?;
+        let (model, config) = (self.model.clone(), self.tokens.clone());
+        let rows = compute(py, move || embedded(&model, &sample, &config))?.map_err(usage)?;
+        let (values, dim) = rows;
+        let n_points = values.len() / dim;
+        shaped(py, values, vec![n_points, dim])
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (PathBuf,))> {
+        Ok((py.get_type::<Self>().into_any(), (self.path.clone(),)))
+    }
+
+    fn __repr__(&self) -> String {
+        format!(
+            "<partprobe.Model {}: {} parameters, embeddings of {} numbers>",
+            self.path.display(),
+            self.n_parameters(),
+            self.dim()
+        )
+    }
+}
+
+impl PyModel {
+    fn points_of(
+        &self,
+        points: &Bound<'_, PyAny>,
+        normals: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Arc<PointSample>> {
+        if let Some(normals) = normals {
+            let (points, normals) = (triples("points", points)?, triples("normals", normals)?);
+            if points.is_empty() || points.len() != normals.len() {
+                return Err(usage(format!(
+                    "each point needs a normal; there are {} normals for {} points",
+                    normals.len(),
+                    points.len()
+                )));
+            }
+            let triangles = vec![0; points.len()];
+            return Ok(Arc::new(PointSample {
+                points,
+                normals,
+                triangles,
+            }));
+        }
+        if let Ok(sample) = points.cast::<PySample>() {
+            return Ok(sample.get().sample().clone());
+        }
+        if let Ok(carrier) = points.cast::<PyCarrier>() {
+            return Ok(self.sample(carrier)?.get().sample().clone());
+        }
+        Err(usage("give a Carrier, a Sample, or points with normals=…"))
+    }
+}
+
+/// The embedding of each point, row after row, and the length of a row.
+fn embedded(
+    model: &Model,
+    sample: &PointSample,
+    config: &TokenConfig,
+) -> Result<(Vec<f32>, usize), String> {
+    let (tokens, raw) = model
+        .embed_sample(sample, config)
+        .map_err(|error| error.to_string())?;
+    let rows = match &model.config().refine {
+        None => raw,
+        Some(refine) => refine
+            .refined(&raw, &tokens.multiplicity)
+            .map_err(|error| error.to_string())?,
+    };
+    Ok((rows_of_points(&tokens, &rows), rows.dim()))
+}
+
+fn rows_of_points(tokens: &Tokens, rows: &Embeddings) -> Vec<f32> {
+    let of_point = tokens.token_of_point.iter();
+    of_point
+        .flat_map(|&token| rows.row(token as usize))
+        .copied()
+        .collect()
+}
+
+/// The only weights of a run that match.
+fn weights_of_run(run: &Path, supervision: Option<&str>, seed: Option<u64>) -> PyResult<PathBuf> {
+    let folder = run.join("checkpoints");
+    let entries = fs::read_dir(&folder).map_err(|error| os_error(&error, &folder))?;
+    let mut names: Vec<String> = entries
+        .filter_map(Result::ok)
+        .filter(|entry| entry.path().join(WEIGHTS).is_file())
+        .map(|entry| entry.file_name().to_string_lossy().into_owned())
+        .collect();
+    names.sort();
+    let is_wanted = |name: &&String| {
+        let (source, number) = name.rsplit_once('-').unwrap_or((name, ""));
+        supervision.is_none_or(|wanted| wanted == source)
+            && seed.is_none_or(|wanted| wanted.to_string() == number)
+    };
+    match names.iter().filter(is_wanted).collect::<Vec<_>>()[..] {
+        [name] => Ok(folder.join(name).join(WEIGHTS)),
+        _ => Err(usage(format!(
+            "choose one backbone of the run with supervision and seed; there are {}",
+            if names.is_empty() {
+                "none".to_owned()
+            } else {
+                names.join(", ")
+            }
+        ))),
+    }
+}
+
+/// A key of the preparation, if it is there and can be understood.
+fn key<T: serde::de::DeserializeOwned>(preparation: &Value, name: &str) -> Option<T> {
+    serde_json::from_value(preparation.get(name)?.clone()).ok()
+}
+
+fn tokens_of(preparation: &Value) -> TokenConfig {
+    let defaults = TokenConfig::default();
+    TokenConfig {
+        test_tokens: key(preparation, "tokens.test_tokens").unwrap_or(defaults.test_tokens),
+        test_poses: key(preparation, "tokens.test_poses").unwrap_or(defaults.test_poses),
+        voxels: key(preparation, "tokens.voxels").unwrap_or(defaults.voxels),
+        ..defaults
+    }
+}
+
+impl Preparation {
+    fn of(preparation: &Value) -> Self {
+        let normals: Option<String> = key(preparation, "sample.normals");
+        Self {
+            n_points: key(preparation, "sample.n_points").unwrap_or(20_000),
+            normals: normals
+                .filter(|name| normal_kind(name).is_ok())
+                .unwrap_or_else(|| "triangle".to_owned()),
+            seed: key(preparation, "sample.seed").unwrap_or(0),
+        }
+    }
+}

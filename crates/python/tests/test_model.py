@@ -1,0 +1,75 @@
+"""Embeds points with a backbone that the program of the wheel trained."""
+
+import pathlib
+import pickle
+import tempfile
+import unittest
+
+import numpy as np
+import partprobe
+from material import program
+
+SETTINGS = ["train.steps=2", "train.valid_every=0", "synth.n=12", "sample.n_points=600", "eval.restarts=1", "eval.bootstrap=0"]
+TOKENS = ["tokens.train_tokens=64", "tokens.test_tokens=64"]
+
+
+def setUpModule():
+    global FOLDER, RUN
+    FOLDER = tempfile.TemporaryDirectory()
+    RUN = pathlib.Path(FOLDER.name) / "run"
+    settings = [word for setting in SETTINGS + TOKENS for word in ("--set", setting)]
+    # The bounds of the smoke run are not met after two updates.
+    finished = program("run", "smoke", "--out", RUN, *settings)
+    if finished.returncode not in (0, 3):
+        raise RuntimeError(finished.stderr)
+
+
+def tearDownModule():
+    FOLDER.cleanup()
+
+
+class Embeddings(unittest.TestCase):
+    def setUp(self):
+        self.model = partprobe.Model(RUN, supervision="step-parts")
+        self.carrier = partprobe.label(partprobe.synth(seed=7), id="bracket")
+
+    def test_rows_are_unit_vectors_and_forms_of_input_agree(self):
+        sample = self.model.sample(self.carrier)
+        self.assertEqual(sample.points.shape, (600, 3))
+        rows = self.model.embed(self.carrier)
+        self.assertEqual((rows.shape, rows.dtype), ((600, self.model.dim), np.float32))
+        np.testing.assert_allclose(np.linalg.norm(rows, axis=1), 1.0, rtol=1e-5)
+        np.testing.assert_array_equal(self.model.embed(sample), rows)
+        np.testing.assert_array_equal(self.model.embed(sample.points, sample.normals), rows)
+        scores = partprobe.score(sample.labels(), embedding=rows)
+        self.assertTrue(0.0 < scores["miou"] <= 1.0)
+
+    def test_the_program_has_the_same_embeddings(self):
+        with tempfile.TemporaryDirectory() as folder:
+            carrier = pathlib.Path(folder) / "bracket.npz"
+            self.carrier.save(carrier)
+            out = pathlib.Path(folder) / "out"
+            finished = program("embed", self.model.path, carrier, "--form", "points", "--out", out)
+            self.assertEqual(finished.returncode, 0, finished.stderr)
+            np.testing.assert_array_equal(np.load(out / "bracket.npz")["embeddings"], self.model.embed(self.carrier))
+
+    def test_a_model_can_be_pickled(self):
+        again = pickle.loads(pickle.dumps(self.model))
+        self.assertEqual(repr(again), repr(self.model))
+
+    def test_what_is_not_a_model_is_refused(self):
+        for error, words, path, options in [
+            (partprobe.UsageError, "choose one backbone", RUN, {}),
+            (partprobe.UsageError, "choose one backbone", RUN, {"supervision": "nothing"}),
+            (FileNotFoundError, "gone", RUN / "gone", {}),
+            (partprobe.DamagedFileError, "config.toml", RUN / "config.toml", {}),
+        ]:
+            with self.assertRaises(error) as caught:
+                partprobe.Model(path, **options)
+            self.assertIn(words, str(caught.exception))
+        with self.assertRaises(partprobe.UsageError):
+            self.model.embed([[0.0, 0.0, 0.0]])
+
+
+if __name__ == "__main__":
+    unittest.main()
