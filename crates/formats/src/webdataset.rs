@@ -114,7 +114,11 @@ mod tests {
                 (name, text)
             })
             .collect();
-        let expected = [("a.npz", "12"), ("a.json", "{}"), (&*format!("{long}.npz"), "3")];
+        let expected = [
+            ("a.npz", "12"),
+            ("a.json", "{}"),
+            (&*format!("{long}.npz"), "3"),
+        ];
         assert_eq!(
             members,
             expected.map(|(name, text)| (name.to_owned(), text.to_owned()))
