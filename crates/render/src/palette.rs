@@ -12,13 +12,13 @@ pub type Rgb = [u8; 3];
 /// Each two differ by at least 15 in CIE L*a*b* (CIE 1976), for full color vision and for deuteranopes as Machado, Oliveira and
 /// Fernandes (2009) simulate them. The first ones are used most.
 const COLORS: [Rgb; 20] = [
-    [72, 108, 180],
+    [72, 204, 252],
     [242, 142, 72],
     [112, 188, 106],
     [160, 124, 208],
     [236, 140, 190],
     [216, 204, 60],
-    [72, 204, 252],
+    [72, 108, 180],
     [180, 84, 72],
     [190, 210, 120],
     [60, 120, 156],
