@@ -198,21 +198,8 @@ fn different_edge(released: &ShapeLabels, now: &ShapeLabels) -> Option<LabelDiff
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::fixtures::two_faces;
     use partprobe_carrier::FaceType;
-
-    fn two_faces() -> ShapeLabels {
-        ShapeLabels {
-            step_id: vec![10, 20],
-            instance: vec![0, 0],
-            face_type: vec![FaceType::Plane; 2],
-            canonical_type: vec![FaceType::Plane; 2],
-            part: vec![0, 1],
-            label: vec![0, 1],
-            layers: [("smooth-12".to_owned(), vec![0, 0])].into(),
-            edge_faces: vec![[0, 1]],
-            phi_deg: vec![Some(90.0)],
-        }
-    }
 
     /// What is said of labels that were changed in this way.
     #[track_caller]

@@ -54,21 +54,8 @@ fn push(bytes: &mut Vec<u8>, values: impl IntoIterator<Item = u64>) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::fixtures::two_faces;
     use partprobe_carrier::FaceType;
-
-    fn two_faces() -> ShapeLabels {
-        ShapeLabels {
-            step_id: vec![10, 20],
-            instance: vec![0, 0],
-            face_type: vec![FaceType::Plane; 2],
-            canonical_type: vec![FaceType::Plane; 2],
-            part: vec![0, 1],
-            label: vec![0, 1],
-            layers: [("smooth-12".to_owned(), vec![0, 0])].into(),
-            edge_faces: vec![[0, 1]],
-            phi_deg: vec![Some(90.0)],
-        }
-    }
 
     /// Whether a change of the labels changes the two hashes.
     #[track_caller]

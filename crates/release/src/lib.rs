@@ -27,6 +27,8 @@
 mod datasheet;
 mod difference;
 mod digest;
+#[cfg(test)]
+mod fixtures;
 mod license_note;
 mod manifest;
 mod registry;

@@ -277,21 +277,6 @@ pub(crate) struct EvalConfig {
     pub(crate) embeddings: bool,
 }
 
-impl LabelConfig {
-    /// The same settings as `--set` takes them.
-    ///
-    /// # Errors
-    /// Never for settings that were read from a config.
-    #[cfg(feature = "train")]
-    pub(crate) fn overrides(&self) -> Result<Vec<String>> {
-        let table = serde_json::to_value(self)?;
-        let settings = table.as_object().into_iter().flatten();
-        Ok(settings
-            .map(|(key, value)| format!("label.{key}={value}"))
-            .collect())
-    }
-}
-
 impl EvalConfig {
     /// What every clusterer is given.
     pub(crate) fn clusterer_settings(&self) -> ClustererSettings {
@@ -479,6 +464,23 @@ impl Config {
             keys["tokens.test_poses"] = self.tokens.test_poses.into();
         }
         keys
+    }
+
+    /// The settings of `[label]` as `--set` takes them, with the normals of the true surface if `[sample]` asks for them.
+    ///
+    /// # Errors
+    /// Never for settings that were read from a config.
+    #[cfg(feature = "train")]
+    pub(crate) fn labeling_overrides(&self) -> Result<Vec<String>> {
+        let table = serde_json::to_value(&self.label)?;
+        let settings = table.as_object().into_iter().flatten();
+        let mut overrides: Vec<String> = settings
+            .map(|(key, value)| format!("label.{key}={value}"))
+            .collect();
+        if self.sample.normals == NormalConfig::Analytic {
+            overrides.push("label.attributes=[\"normal\"]".to_owned());
+        }
+        Ok(overrides)
     }
 
     /// Refuses a config of the implicit probe, which trains no backbone.

@@ -73,14 +73,41 @@ pub(super) fn read_index(folder: &Path) -> Result<Vec<IndexLine>> {
         .collect()
 }
 
-/// Writes the index of a folder. Lines of former calls stay, unless a line of the same id takes their place.
+/// Writes the index of a folder. Lines of former calls stay, unless a line of the same id takes their place, or an input that failed was
+/// tried again.
 ///
 /// # Errors
 /// If the index cannot be written.
 pub(super) fn write_index(folder: &Path, lines: &[IndexLine]) -> Result<()> {
     let former = read_index(folder)?;
-    let all = former.iter().chain(lines);
+    let is_tried_again = |former: &IndexLine| {
+        former.is_failed() && lines.iter().any(|line| line.source == former.source)
+    };
+    let kept = former.iter().filter(|former| !is_tried_again(former));
+    let all = kept.chain(lines);
     let by_id: BTreeMap<&str, &IndexLine> = all.map(|line| (line.id.as_str(), line)).collect();
     let lines: Vec<&IndexLine> = by_id.into_values().collect();
     Ok(write_atomically(&folder.join(FILE), &json_lines(&lines)?)?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_input_that_failed_and_was_tried_again_has_one_line() {
+        let folder = tempfile::tempdir().unwrap();
+        let failed = |source: &str| IndexLine::failed(source, &anyhow::anyhow!("damaged"));
+        let kept = IndexLine::written("b__s0", "b.step");
+        write_index(
+            folder.path(),
+            &[failed("a.step"), failed("c.step"), kept.clone()],
+        )
+        .unwrap();
+
+        let embedded = IndexLine::written("a__s0", "a.step");
+        write_index(folder.path(), std::slice::from_ref(&embedded)).unwrap();
+        let lines = read_index(folder.path()).unwrap();
+        assert_eq!(lines, [embedded, kept, failed("c.step")]);
+    }
 }

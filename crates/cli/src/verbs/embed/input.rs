@@ -103,11 +103,8 @@ impl Inputs {
                 inputs.list.push(Input::File(path.clone()));
                 continue;
             }
-            let mut settings = config.label.overrides()?;
-            if config.sample.normals == NormalConfig::Analytic {
-                settings.push("label.attributes=[\"normal\"]".to_owned());
-            }
-            let args = ShapeArgs::of_path(path, execution.threads).with_settings(settings);
+            let args = ShapeArgs::of_path(path, execution.threads)
+                .with_settings(config.labeling_overrides()?);
             let number = inputs._opened.len();
             let mut opened = args.open_for(&format!("embed-{number}"), &execution.interrupt)?;
             inputs

@@ -11,7 +11,6 @@ use super::predicted_labels::PredictedLabels;
 use super::session::ExportSession;
 use super::shape_line::ShapeLine;
 use crate::backbone::{Backbone, BackboneArgs};
-use crate::config::NormalConfig;
 use crate::points::points_of;
 use crate::run::npz_bytes;
 use crate::shape_input::ShapeInput;
@@ -138,10 +137,7 @@ impl PredictArgs {
     /// The shapes, labeled as the backbone's own were.
     fn folder_for(&self, backbone: &Backbone) -> Result<FolderArgs> {
         let mut folder = self.folder.clone();
-        let mut settings = backbone.config.label.overrides()?;
-        if backbone.config.sample.normals == NormalConfig::Analytic {
-            settings.push("label.attributes=[\"normal\"]".to_owned());
-        }
+        let settings = backbone.config.labeling_overrides()?;
         folder.shapes = folder
             .shapes
             .with_settings(settings)
