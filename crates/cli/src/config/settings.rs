@@ -182,6 +182,7 @@ pub(crate) struct SplitConfig {
 pub(crate) struct CompareConfig {
     pub(crate) supervision: Vec<String>,
     pub(crate) references: Vec<String>,
+    pub(crate) score_against_supervisions: bool,
     pub(crate) primary: Vec<String>,
     pub(crate) seeds: Vec<u64>,
 }
@@ -430,6 +431,10 @@ impl Config {
             "compare.supervision names a source twice"
         );
         ensure!(
+            compare.score_against_supervisions || !compare.references.is_empty(),
+            "compare.references must name at least one label source if compare.score_against_supervisions is false"
+        );
+        ensure!(
             are_distinct(&compare.seeds),
             "compare.seeds holds a seed twice"
         );
@@ -497,22 +502,35 @@ impl Config {
         Err(UsageError(message.to_owned()))
     }
 
-    /// The supervision sources and then the references that are no supervision, each once.
+    /// The label sources that predictions are scored against, each once: those of `compare.references`, and the supervisions after
+    /// them if `compare.score_against_supervisions` is set.
     #[must_use]
     pub(crate) fn references(&self) -> Vec<String> {
-        let mut names: Vec<String> = Vec::new();
-        for name in self
-            .compare
-            .references
-            .iter()
-            .chain(&self.compare.supervision)
-        {
-            if !names.contains(name) {
-                names.push(name.clone());
-            }
+        let compare = &self.compare;
+        if compare.score_against_supervisions {
+            self.label_sources()
+        } else {
+            each_once(&compare.references)
         }
-        names
     }
+
+    /// The label sources that every shape of the run must have labels of, each once: the references and the supervisions.
+    #[must_use]
+    pub(crate) fn label_sources(&self) -> Vec<String> {
+        let compare = &self.compare;
+        each_once(compare.references.iter().chain(&compare.supervision))
+    }
+}
+
+/// The names in their order, without those that were there before.
+fn each_once<'a>(names: impl IntoIterator<Item = &'a String>) -> Vec<String> {
+    let mut distinct: Vec<String> = Vec::new();
+    for name in names {
+        if !distinct.contains(name) {
+            distinct.push(name.clone());
+        }
+    }
+    distinct
 }
 
 fn are_distinct<T: PartialEq>(values: &[T]) -> bool {

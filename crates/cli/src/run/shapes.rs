@@ -175,7 +175,7 @@ impl ShapeRefusal {
 /// # Errors
 /// If one is unknown.
 pub(crate) fn named_sources(config: &Config) -> Result<Vec<BoxedSource>> {
-    sources_named(config, &config.references())
+    sources_named(config, &config.label_sources())
 }
 
 /// Makes shapes of the lines of a data set's index.

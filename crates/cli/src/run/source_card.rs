@@ -43,7 +43,7 @@ impl Run<'_> {
 }
 
 fn card_of(shapes: &[&Shape], config: &Config) -> CardTables {
-    let sources = config.references();
+    let sources = config.label_sources();
     let measured: Vec<(Vec<CardRow>, Vec<PairRow>)> = shapes
         .par_iter()
         .map(|shape| {

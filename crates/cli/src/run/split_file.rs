@@ -95,7 +95,7 @@ impl SplitFile {
             split,
             selection,
             settings: SplitSettings::of(config),
-            sources: config.references(),
+            sources: config.label_sources(),
         }
     }
 
