@@ -25,14 +25,14 @@ ATTENTIONS = ("sdpa", "softmax")
 def torch_figures(arguments):
     """Runs in a process of its own, so that its peak memory is that of this formulation alone."""
     import torch
-    from twin import PRESETS, Network, batch_of, tokens_of_file, training_step
+    from twin import PRESETS, Network, batch_of, ptv3, tokens_of_file, training_step
 
     torch.set_num_threads(arguments.threads)
     torch.manual_seed(0)
     stages = PRESETS[arguments.preset]
     tokens = tokens_of_file(arguments.tokens_file)
     batch = batch_of(tokens, arguments.patch, stages)
-    network = Network(stages, conv=arguments.conv, mix=arguments.mix)
+    network = Network(ptv3(stages, conv=arguments.conv, mix=arguments.mix))
     optimizer = torch.optim.AdamW(network.parameters(), lr=1e-3, weight_decay=0.02)
     for _ in range(2):
         training_step(network, optimizer, batch, tokens.labels)

@@ -62,25 +62,29 @@ def load_weights(module, value_of):
 # --- Cases of the program -----------------------------------------------------------------------------------------
 
 
+def backbone_of(config):
+    """The twin of the backbone that `[net.backbone]` describes."""
+    if config["type"] == "litept":
+        return twin.litept(config["preset"], config["norm"])
+    if config["type"] == "ptx":
+        return twin.ptx(config["preset"], config["norm"])
+    switches = {name: config[name] for name in ("norm", "xcpe", "attention")}
+    return twin.ptv3(twin.PRESETS[config["preset"]], **switches)
+
+
 def check_case(path):
     """The largest relative difference of a case, with the name of its tensor."""
     tensors = load_file(path)
     with safe_open(path, "pt") as file:
         config = json.loads(file.metadata()["partprobe"])["content"]
     backbone = config["backbone"]
-    network = twin.Network(
-        twin.PRESETS[backbone["preset"]],
-        config["embedding_dim"],
-        norm=backbone["norm"],
-        xcpe=backbone["xcpe"],
-        attention=backbone["attention"],
-    )
+    network = twin.Network(backbone_of(backbone), config["embedding_dim"])
     load_weights(network, lambda name, _: tensors[f"weights.{name}"])
     shapes = []
     while f"shapes.{len(shapes)}.cells" in tensors:
         prefix = f"shapes.{len(shapes)}"
         shapes.append({key: tensors[f"{prefix}.{key}"] for key in ("features", "cells", "axes", "constant")})
-    turns = twin.fixed_turns(len(twin.PRESETS[backbone["preset"]].encoder_widths), backbone["orders"])
+    turns = twin.fixed_turns(len(network.backbone.encoder), backbone["orders"])
     batch = batch_of([(shape["features"], shape["cells"], shape["axes"]) for shape in shapes], backbone["patch"], turns)
 
     network.train()
@@ -153,6 +157,13 @@ CASES = {
     "tiny": ["preset=tiny"],
     "mini-batch-norm": ["preset=mini", "norm=batch"],
     "base": ["preset=base"],
+    "litept-micro": ["type=litept"],
+    "litept-tiny-two-orders": ["type=litept", "preset=tiny", 'orders=["hilbert", "z-trans"]', "patch=48"],
+    "litept-small-batch-norm": ["type=litept", "preset=small", "norm=batch"],
+    "ptx-micro": ["type=ptx"],
+    "ptx-tiny-patch-48": ["type=ptx", "preset=tiny", "patch=48"],
+    "ptx-mini-batch-norm": ["type=ptx", "preset=mini", "norm=batch"],
+    "ptx-base": ["type=ptx", "preset=base"],
 }
 
 
@@ -247,7 +258,7 @@ class Small(nn.Module):
     def __init__(self, norm):
         super().__init__()
         depths = (0, 0) if norm == "batch" else (0, 1)
-        self.backbone = twin.Ptv3(twin.Stages(depths, (WIDTH, WIDTH), (0,), (WIDTH,)), norm)
+        self.backbone = twin.ptv3(twin.Stages(depths, (WIDTH, WIDTH), (0,), (WIDTH,)), norm)
         self.head = nn.Linear(WIDTH, 8)
 
     def forward(self, *batch):
@@ -267,9 +278,9 @@ def write_vectors(path):
         case = f"stem.{norm}"
         features = vectors.features(case)
         vectors.add(case, twin.Stem(2, norm), [], lambda m, _, features=features: m(features, vectors.stem))
-        pool = twin.EncoderStage(WIDTH, WIDTH, 0, norm, {})
+        pool = twin.EncoderStage(WIDTH, WIDTH, 0, norm, None)
         vectors.add(f"pool.{norm}", pool, [fine.n], lambda m, rows: m.pool(rows[0], fine.members))
-        unpool = twin.DecoderStage(WIDTH, WIDTH, WIDTH, 0, norm, {})
+        unpool = twin.DecoderStage(WIDTH, WIDTH, WIDTH, 0, norm, None)
         vectors.add(
             f"unpool.{norm}",
             unpool,

@@ -8,6 +8,7 @@ taken over from the Rust side but names and layouts, so that agreement of the tw
 
 import math
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import torch
@@ -37,6 +38,16 @@ PRESETS = {
     "mini": Stages((1, 1, 1, 2, 1), (32, 48, 96, 160, 192), (1, 1, 1, 1), (48, 48, 96, 160)),
     "base": Stages((2, 2, 2, 6, 2), (32, 64, 128, 256, 512), (2, 2, 2, 2), (64, 64, 128, 256)),
 }
+LITEPT_HEAD_DIM = 18
+PTX_MLP_RATIO = 2
+ROTARY_BASE = 100.0
+LITEPT_PRESETS = {
+    "micro": Stages((1, 1, 2), (36, 54, 72), (0, 0), (54, 54)),
+    "tiny": Stages((1, 1, 2, 2), (36, 72, 108, 144), (0, 0, 0), (72, 72, 108)),
+    "small": Stages((2, 2, 2, 6, 2), (36, 72, 144, 252, 504), (0, 0, 0, 0), (72, 72, 144, 252)),
+}
+#: How many of the finest stages of LitePT have convolutions.
+LITEPT_CONVOLUTIONS = {"micro": 2, "tiny": 2, "small": 3}
 
 
 # --- Serialization, in numpy --------------------------------------------------------------------------------------
@@ -114,6 +125,8 @@ class Level:
     """The tokens of one grid size, of one shape or of several one behind the other."""
 
     n: int
+    #: `[token, 3]`, as numbers of the network.
+    cells: torch.Tensor
     neighbors: torch.Tensor
     #: For each shape one `Patches` a turn.
     patches: list
@@ -147,7 +160,8 @@ def levels_of(cells, axes, patch, turns):
     for idx, turn in enumerate(turns):
         orders = [np.lexsort((axes, codes[curve])) for curve in turn]
         neighbors = torch.from_numpy(neighbor_table(cells, axes, 1))
-        level = Level(len(cells), neighbors, [[patches_along(order, patch) for order in orders]])
+        positions = torch.from_numpy(cells.astype(np.float32))
+        level = Level(len(cells), positions, neighbors, [[patches_along(order, patch) for order in orders]])
         if idx + 1 < len(turns):
             keys = (codes["z"] >> 3) * 6 + axes
             _, first, cluster = np.unique(keys, return_index=True, return_inverse=True)
@@ -180,12 +194,13 @@ def joined(shapes):
             if cluster is not None:
                 cluster, members = cluster + first_cluster, members + first
                 first_cluster += len(members)
-            parts.append(Level(level.n, shifted, patches, cluster, members))
+            parts.append(Level(level.n, level.cells, shifted, patches, cluster, members))
             first += level.n
         last = parts[0].cluster is None
         result.append(
             Level(
                 n,
+                torch.cat([part.cells for part in parts]),
                 torch.cat([part.neighbors for part in parts]),
                 [patches for part in parts for patches in part.patches],
                 None if last else torch.cat([part.cluster for part in parts]),
@@ -226,18 +241,18 @@ def norm_of(kind, width):
     return nn.BatchNorm1d(width, eps=1e-3, momentum=0.01) if kind == "batch" else nn.LayerNorm(width)
 
 
-def patch_attention(qkv, patches, formulation="sdpa"):
+def patch_attention(qkv, patches, formulation="sdpa", head_dim=HEAD_DIM):
     """Attention within each patch; `patches` holds one entry a shape, whose rows come in that order."""
     width = qkv.shape[1] // 3
-    heads = width // HEAD_DIM
+    heads = width // head_dim
     mixed = []
     for own in patches:
-        by_patch = qkv.index_select(0, own.order).view(-1, own.size, 3, heads, HEAD_DIM).permute(2, 0, 3, 1, 4)
+        by_patch = qkv.index_select(0, own.order).view(-1, own.size, 3, heads, head_dim).permute(2, 0, 3, 1, 4)
         query, key, value = by_patch.unbind(0)
         if formulation == "sdpa":
             out = F.scaled_dot_product_attention(query, key, value)
         else:
-            out = torch.softmax((query * HEAD_DIM**-0.5) @ key.transpose(-1, -2), -1) @ value
+            out = torch.softmax((query * head_dim**-0.5) @ key.transpose(-1, -2), -1) @ value
         mixed.append(out.transpose(1, 2).reshape(-1, width).index_select(0, own.place))
     return mixed[0] if len(mixed) == 1 else torch.cat(mixed)
 
@@ -328,37 +343,171 @@ class Projection(nn.Module):
 
 
 class EncoderStage(nn.Module):
-    def __init__(self, below, width, depth, norm, options):
+    """`block` makes a block of a width and a turn."""
+
+    def __init__(self, below, width, depth, norm, block):
         super().__init__()
         self.pool = None if below is None else Projection(below, width, norm)
-        self.blocks = nn.ModuleList(Block(width, turn, **options) for turn in range(depth))
+        self.blocks = nn.ModuleList(block(width, turn) for turn in range(depth))
 
 
 class DecoderStage(nn.Module):
-    def __init__(self, below, skip, width, depth, norm, options):
+    def __init__(self, below, skip, width, depth, norm, block):
         super().__init__()
         self.child = Projection(below, width, norm)
         self.skip = Projection(skip, width, norm)
-        self.blocks = nn.ModuleList(Block(width, turn, **options) for turn in range(depth))
+        self.blocks = nn.ModuleList(block(width, turn) for turn in range(depth))
 
 
-class Ptv3(nn.Module):
-    """The backbone; `decoder` runs from the coarsest stage down, as it is walked."""
+class Identity(nn.Module):
+    """Three perpendicular axes for each head: those of the grid."""
 
-    def __init__(self, stages, norm="layer", conv="gather", **options):
+    def forward(self, cells, heads):
+        return cells[:, None].expand(-1, heads, -1)
+
+
+class HeadAxes(nn.Module):
+    """Three perpendicular axes for each head, by Gram and Schmidt from two learned vectors; head h begins with axis h mod 3."""
+
+    def __init__(self, heads):
         super().__init__()
-        options = {"conv": conv, **options}
+        # Transposed, as torch keeps every matrix in comparison with partprobe.
+        self.along = nn.Parameter(torch.zeros(3, heads))
+        self.beside = nn.Parameter(torch.zeros(3, heads))
+
+    def forward(self, cells, heads):
+        def unit(vectors):
+            return vectors / (vectors.norm(dim=1, keepdim=True) + 1e-6)
+
+        first, beside = unit(self.along.t()), self.beside.t()
+        second = unit(beside - first * (beside * first).sum(1, keepdim=True))
+        axes = torch.stack([first, second, torch.linalg.cross(first, second)], 1)
+        axes = torch.stack([axes[head].roll(-(head % 3), 0) for head in range(heads)])
+        return torch.einsum("nc,hac->nha", cells, axes)
+
+
+def rotated(rows, angles, n_pairs):
+    """Complex numbers of channel pairs, turned; `rows` is `[n, heads, head_dim]`, `angles` one tensor for each axis."""
+    parts, start = [], 0
+    for angle, n in zip(angles, n_pairs):
+        own = torch.complex(rows[..., start : start + n], rows[..., start + n : start + 2 * n])
+        turned = own * torch.polar(torch.ones_like(angle), angle)
+        parts += [turned.real, turned.imag]
+        start += 2 * n
+    return torch.cat([*parts, rows[..., start:]], -1)
+
+
+class RotaryAttention(nn.Module):
+    """Attention within patches that turns queries and keys by the positions of their tokens."""
+
+    def __init__(self, width, turn, head_dim, learned, formulation):
+        super().__init__()
+        self.turn, self.formulation = turn, formulation
+        self.heads = max(1, width // head_dim)
+        self.head_dim = width // self.heads
+        self.norm = nn.LayerNorm(width)
+        self.qkv = nn.Linear(width, 3 * width)
+        self.out = nn.Linear(width, width)
+        self.axes = HeadAxes(self.heads) if learned else Identity()
+
+    def forward(self, rows, level):
+        query, key, value = self.qkv(self.norm(rows)).view(len(rows), 3, self.heads, self.head_dim).unbind(1)
+        n = self.head_dim // 2
+        n_pairs = [n // 3 + (axis < n % 3) for axis in range(3)]
+        coordinates = self.axes(level.cells, self.heads)
+        angles = [
+            coordinates[..., axis, None] * ROTARY_BASE ** (-torch.arange(count) / count)
+            for axis, count in enumerate(n_pairs)
+        ]
+        query, key = rotated(query, angles, n_pairs), rotated(key, angles, n_pairs)
+        qkv = torch.stack([query, key, value], 1).reshape(len(rows), -1)
+        own = [patches[self.turn % len(patches)] for patches in level.patches]
+        return self.out(patch_attention(qkv, own, self.formulation, self.head_dim))
+
+
+class LiteptAttention(nn.Module):
+    """What a block of LitePT's coarse stages does."""
+
+    def __init__(self, width, turn, mix):
+        super().__init__()
+        self.norm = nn.LayerNorm(width)
+        self.attention = RotaryAttention(width, turn, LITEPT_HEAD_DIM, False, mix)
+        self.mlp = Mlp(width)
+
+    def forward(self, rows, level):
+        rows = self.norm(rows)
+        rows = rows + self.attention(rows, level)
+        return rows + self.mlp(rows)
+
+
+class LiteptBlock(nn.Module):
+    """A convolution that is added, on fine stages; norm, attention and perceptron on coarse ones."""
+
+    def __init__(self, width, turn, stage, n_convolutions, conv="gather", mix="sdpa"):
+        super().__init__()
+        self.xcpe = Xcpe(width, conv) if stage < n_convolutions else None
+        self.attention = None if stage < n_convolutions else LiteptAttention(width, turn, mix)
+
+    def forward(self, rows, level):
+        return rows + self.xcpe(rows, level) if self.attention is None else self.attention(rows, level)
+
+
+class SquaredMlp(nn.Module):
+    """A perceptron with the square of ReLU."""
+
+    def __init__(self, width):
+        super().__init__()
+        self.norm = nn.LayerNorm(width)
+        self.hidden = nn.Linear(width, PTX_MLP_RATIO * width)
+        self.out = nn.Linear(PTX_MLP_RATIO * width, width)
+
+    def forward(self, rows):
+        return self.out(F.relu(self.hidden(self.norm(rows))) ** 2)
+
+
+class PtxBlock(nn.Module):
+    """Attention on learned axes and a perceptron, each added."""
+
+    def __init__(self, width, turn, mix="sdpa"):
+        super().__init__()
+        self.attention = RotaryAttention(width, turn, HEAD_DIM, True, mix)
+        self.mlp = SquaredMlp(width)
+
+    def forward(self, rows, level):
+        rows = rows + self.attention(rows, level)
+        return rows + self.mlp(rows)
+
+
+class LinearStem(nn.Module):
+    """A linear map of each token, a norm and GELU."""
+
+    def __init__(self, width, norm):
+        super().__init__()
+        self.linear = nn.Linear(N_FEATURES, width)
+        self.norm = norm_of(norm, width)
+
+    def forward(self, features, _neighbors):
+        return F.gelu(self.norm(self.linear(features)))
+
+
+class UNet(nn.Module):
+    """A backbone; `decoder` runs from the coarsest stage down, as it is walked. `block` makes a block of stage, width and turn."""
+
+    def __init__(self, stages, stem, norm, block):
+        super().__init__()
         widths = stages.encoder_widths
-        self.stem = Stem(widths[0], norm, conv)
+        self.stem = stem
         below = (None, *widths)
         self.encoder = nn.ModuleList(
-            EncoderStage(below[s], width, stages.encoder_depths[s], norm, options) for s, width in enumerate(widths)
+            EncoderStage(below[s], width, stages.encoder_depths[s], norm, partial(block, s))
+            for s, width in enumerate(widths)
         )
         self.decoder = nn.ModuleList()
         under = widths[-1]
         for s in reversed(range(len(stages.decoder_widths))):
             width = stages.decoder_widths[s]
-            self.decoder.append(DecoderStage(under, widths[s], width, stages.decoder_depths[s], norm, options))
+            depth = stages.decoder_depths[s]
+            self.decoder.append(DecoderStage(under, widths[s], width, depth, norm, partial(block, s)))
             under = width
         self.width = under
 
@@ -378,12 +527,37 @@ class Ptv3(nn.Module):
         return rows
 
 
+def ptv3(stages, norm="layer", conv="gather", **options):
+    def block(_stage, width, turn):
+        return Block(width, turn, conv=conv, **options)
+
+    return UNet(stages, Stem(stages.encoder_widths[0], norm, conv), norm, block)
+
+
+def litept(preset, norm="layer"):
+    stages = LITEPT_PRESETS[preset]
+
+    def block(stage, width, turn):
+        return LiteptBlock(width, turn, stage, LITEPT_CONVOLUTIONS[preset])
+
+    return UNet(stages, Stem(stages.encoder_widths[0], norm), norm, block)
+
+
+def ptx(preset, norm="layer"):
+    stages = PRESETS[preset]
+
+    def block(_stage, width, turn):
+        return PtxBlock(width, turn)
+
+    return UNet(stages, LinearStem(stages.encoder_widths[0], norm), norm, block)
+
+
 class Network(nn.Module):
     """Backbone and linear head; the output is not normalized."""
 
-    def __init__(self, stages, embedding_dim=128, **options):
+    def __init__(self, backbone, embedding_dim=128):
         super().__init__()
-        self.backbone = Ptv3(stages, **options)
+        self.backbone = backbone
         self.head = nn.Linear(self.backbone.width, embedding_dim)
 
     def forward(self, features, stem_neighbors, levels):

@@ -56,7 +56,10 @@ pub use config::{
 pub use data::curve::Curve;
 pub use data::tokens::{TokenizeError, Tokens, tokenize};
 pub use kernels::one_thread::ThreadError;
-pub use model::backbones::{BackboneConfig, PointnetConfig, Preset, Ptv3Config, Stages};
+pub use model::backbones::{
+    BackboneConfig, LiteptConfig, LiteptPreset, PointnetConfig, Preset, Ptv3Config, PtxConfig,
+    Stages,
+};
 pub use model::layers::NormKind;
 pub use model::net_config::NetConfig;
 pub use model::poses::EmbedSampleError;

@@ -10,13 +10,15 @@ use std::path::{Path, PathBuf};
 use toml::{Table, Value};
 
 /// The configs that are built into the program, by name.
-const SHIPPED: [(&str, &str); 10] = [
+const SHIPPED: [(&str, &str); 12] = [
     ("base", include_str!("../../configs/base.toml")),
     ("smoke", include_str!("../../configs/smoke.toml")),
     ("abc-small", include_str!("../../configs/abc-small.toml")),
     ("synth", include_str!("../../configs/synth.toml")),
     ("real-small", include_str!("../../configs/real-small.toml")),
     ("implicit", include_str!("../../configs/implicit.toml")),
+    ("litept", include_str!("../../configs/litept.toml")),
+    ("ptx", include_str!("../../configs/ptx.toml")),
     ("pointnet", include_str!("../../configs/pointnet.toml")),
     ("probe", include_str!("../../configs/probe.toml")),
     ("hour", include_str!("../../configs/hour.toml")),

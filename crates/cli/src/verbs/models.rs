@@ -58,6 +58,9 @@ fn shipped_config_of(backbone: &str) -> Result<LoadedConfig> {
 /// The size of one backbone.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 struct Row {
+    /// The `type` in `[net.backbone]`.
+    r#type: &'static str,
+    /// The preset, or the type again if it has none.
     name: &'static str,
     /// Parameters below the embedding head.
     parameters: usize,
@@ -75,6 +78,7 @@ impl Row {
         let count = Model::count_parameters(net)?;
         let stages = net.backbone.stages();
         Ok(Self {
+            r#type: net.backbone.type_name(),
             name,
             parameters: count.backbone,
             parameters_with_head: count.backbone + count.head,
@@ -86,8 +90,9 @@ impl Row {
         })
     }
 
-    fn cells(&self) -> [String; 6] {
+    fn cells(&self) -> [String; 7] {
         [
+            self.r#type.to_owned(),
             self.name.to_owned(),
             grouped(self.parameters),
             grouped(self.parameters_with_head),
@@ -133,12 +138,13 @@ fn grouped(number: usize) -> String {
 fn table(rows: &[Row]) -> String {
     let heading = [
         "backbone",
+        "preset",
         "parameters",
         "with head",
         "encoder",
         "decoder",
         "tokens train / test",
     ];
-    let alignment = [Left, Right, Right, Left, Left, Left];
+    let alignment = [Left, Left, Right, Right, Left, Left, Left];
     text_table(heading, alignment, rows.iter().map(Row::cells))
 }

@@ -26,6 +26,8 @@ pub(crate) struct Hierarchy {
 pub(crate) struct Level {
     /// How many tokens there are.
     pub(crate) n: usize,
+    /// The cell of each token: `[token]`.
+    pub(crate) cells: Vec<Cell>,
     /// The 3³ neighborhood of each token.
     pub(crate) neighbors: Neighbors,
     /// The serialized patches, one way for each curve, in the order of the level.
@@ -146,6 +148,7 @@ impl Level {
         let depth = depth_of(cells);
         Self {
             n: cells.len(),
+            cells: cells.to_vec(),
             neighbors: Neighbors::new(&neighbor_table(cells, axes, 1), XCPE_VOLUME),
             patches: order
                 .iter()

@@ -10,6 +10,8 @@ use std::sync::Arc;
 
 /// A level, ready for the network.
 pub(crate) struct LevelRows {
+    /// The cell of each token, which is its position in edges of a cell: `[token, 3]`, row by row.
+    pub(crate) cells: Vec<f32>,
     /// The 3³ neighborhoods.
     pub(crate) neighbors: Neighbors,
     /// The patches of each shape.
@@ -53,6 +55,7 @@ pub(crate) fn levels_of(hierarchies: &[&Hierarchy]) -> Vec<LevelRows> {
                 .map(|hierarchy| &hierarchy.levels[idx])
                 .collect();
             LevelRows {
+                cells: levels.iter().flat_map(|level| cell_rows(level)).collect(),
                 neighbors: Neighbors::joined(
                     &levels
                         .iter()
@@ -68,6 +71,11 @@ pub(crate) fn levels_of(hierarchies: &[&Hierarchy]) -> Vec<LevelRows> {
             }
         })
         .collect()
+}
+
+fn cell_rows(level: &Level) -> impl Iterator<Item = f32> {
+    // Below 2¹⁶, which f32 holds exactly.
+    level.cells.iter().flatten().map(|&x| x as f32)
 }
 
 impl ShapePatches {

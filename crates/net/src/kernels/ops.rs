@@ -6,7 +6,8 @@ use crate::data::neighbors::Neighbors;
 use crate::data::patches::Patches;
 use crate::data::rows::Rows;
 use crate::kernels::fused::{self, MlpWeights};
-use burn::tensor::{Int, Tensor, TensorData, activation};
+use crate::kernels::rotary_axes::RotaryAxes;
+use burn::tensor::{Device, Int, Tensor, TensorData, activation};
 use std::sync::Arc;
 
 /// Variance below which layer normalization stops dividing; PyTorch's default.
@@ -184,6 +185,85 @@ pub(crate) fn composed_patch_attention(
     )
 }
 
+/// Queries and keys turned by the positions of their tokens, values as they are.
+///
+/// # Shapes
+/// - qkv and output: `[token, 3 × head × channel]`
+/// - coordinates: `[token, head × 3]`
+pub(crate) fn rotary(qkv: Tensor<2>, coordinates: Tensor<2>, axes: RotaryAxes) -> Tensor<2> {
+    fused::rotary(&qkv, &coordinates, axes)
+        .unwrap_or_else(|| composed_rotary(qkv, coordinates, axes))
+}
+
+pub(crate) fn composed_rotary(
+    qkv: Tensor<2>,
+    coordinates: Tensor<2>,
+    axes: RotaryAxes,
+) -> Tensor<2> {
+    let device = qkv.device();
+    let tables = RotaryTables::new(axes, &device);
+    let angles = coordinates.matmul(tables.frequencies);
+    let (cos, sin) = (angles.clone().cos(), angles.sin());
+
+    let width = axes.width();
+    let third = |idx: usize| qkv.clone().slice_dim(1, idx * width..(idx + 1) * width);
+    let turned = |rows: Tensor<2>| {
+        let (u, v) = (
+            rows.clone().matmul(tables.first.clone()),
+            rows.clone().matmul(tables.second.clone()),
+        );
+        let new_u = u.clone() * cos.clone() - v.clone() * sin.clone();
+        let new_v = v * cos.clone() + u * sin.clone();
+        new_u.matmul(tables.first.clone().transpose())
+            + new_v.matmul(tables.second.clone().transpose())
+            + rows * tables.stays.clone()
+    };
+    Tensor::cat(vec![turned(third(0)), turned(third(1)), third(2)], 1)
+}
+
+/// Matrices of zeros and few other numbers, by which [`composed_rotary`] finds angles and channels.
+struct RotaryTables {
+    /// `[head × 3, head × pair]`: from coordinates to angles.
+    frequencies: Tensor<2>,
+    /// `[head × channel, head × pair]`: the first channel of each pair.
+    first: Tensor<2>,
+    /// The second channel of each pair.
+    second: Tensor<2>,
+    /// `[1, head × channel]`: 1 for channels without a partner.
+    stays: Tensor<2>,
+}
+
+impl RotaryTables {
+    fn new(axes: RotaryAxes, device: &Device) -> Self {
+        let pairs = axes.pairs();
+        let (n_columns, width) = (axes.n_heads * pairs.len(), axes.width());
+        let mut frequencies = vec![0.0_f32; 3 * axes.n_heads * n_columns];
+        let [mut first, mut second] = [(); 2].map(|()| vec![0.0_f32; width * n_columns]);
+        let mut stays = vec![1.0_f32; width];
+        for head in 0..axes.n_heads {
+            for (idx, pair) in pairs.iter().enumerate() {
+                let column = head * pairs.len() + idx;
+                frequencies[(3 * head + pair.axis) * n_columns + column] = pair.frequency;
+                for (table, channel) in [(&mut first, pair.first), (&mut second, pair.second)] {
+                    let channel = head * axes.head_dim + channel;
+                    table[channel * n_columns + column] = 1.0;
+                    stays[channel] = 0.0;
+                }
+            }
+        }
+        let tensor = |values: Vec<f32>, n_rows: usize| -> Tensor<2> {
+            let n_columns = values.len() / n_rows.max(1);
+            Tensor::from_data(TensorData::new(values, [n_rows, n_columns]), device)
+        };
+        Self {
+            frequencies: tensor(frequencies, 3 * axes.n_heads),
+            first: tensor(first, width),
+            second: tensor(second, width),
+            stays: tensor(stays, 1),
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -193,7 +273,6 @@ mod tests {
     use crate::data::tokens::tokenize;
     use crate::model::parameters::host_values;
     use crate::testing::labeled_box;
-    use burn::tensor::Device;
 
     /// A matrix of small numbers that repeat late.
     fn matrix([n, dim]: [usize; 2]) -> Vec<f32> {

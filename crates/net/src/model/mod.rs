@@ -211,7 +211,10 @@ mod tests {
     use crate::config::Voxels;
     use crate::data::curve::Curve;
     use crate::data::tokens::tokenize;
-    use crate::model::backbones::{BackboneConfig, PointnetConfig, Preset, Ptv3Config, Stages};
+    use crate::model::backbones::{
+        BackboneConfig, LiteptConfig, LiteptPreset, PointnetConfig, Preset, Ptv3Config, PtxConfig,
+        Stages,
+    };
     use crate::model::layers::NormKind;
     use crate::testing::{labeled_box, net, net_with};
 
@@ -271,6 +274,57 @@ mod tests {
                 assert_eq!(count.backbone, expected, "{preset:?} {norm:?}");
                 assert_eq!(count.head, preset.stages().output_width() * 128 + 128);
             }
+        }
+    }
+
+    /// The parameters of a backbone below its head.
+    fn n_parameters(backbone: BackboneConfig) -> usize {
+        let config = NetConfig {
+            backbone,
+            embedding_dim: 128,
+            refine: None,
+        };
+        Model::count_parameters(&config).unwrap().backbone
+    }
+
+    #[test]
+    fn litept_and_ptx_are_as_large_as_published() {
+        let litept = |preset| {
+            n_parameters(BackboneConfig::Litept(LiteptConfig {
+                preset,
+                ..LiteptConfig::default()
+            }))
+        };
+        // The paper: 12.7 million.
+        assert_eq!(litept(LiteptPreset::Small), 12_712_932);
+        // 79.2 % less than PTv3, whose paper says 46.2 million.
+        let ptx = n_parameters(BackboneConfig::Ptx(PtxConfig {
+            preset: Preset::Base,
+            ..PtxConfig::default()
+        }));
+        assert_eq!(ptx, 9_616_264);
+    }
+
+    #[test]
+    fn attention_knows_where_tokens_are() {
+        let backbones = [
+            BackboneConfig::Litept(LiteptConfig::default()),
+            BackboneConfig::Ptx(PtxConfig::default()),
+        ];
+        for backbone in backbones {
+            let config = NetConfig {
+                backbone,
+                embedding_dim: 8,
+                refine: None,
+            };
+            let model = Model::init(&config, 1, Backend::Flex).unwrap();
+            let here = tokens();
+            let mut moved = here.clone();
+            for cell in &mut moved.cells {
+                // Twice as far apart: another neighborhood, the same features.
+                *cell = cell.map(|x| 2 * x);
+            }
+            assert_ne!(model.embed(&moved).unwrap(), model.embed(&here).unwrap());
         }
     }
 

@@ -10,9 +10,9 @@ use crate::data::neighbors::Neighbors;
 use crate::data::tokens::Tokens;
 use crate::model::backbones::backbone::{N_FEATURES, matrix};
 use crate::model::backbones::ptv3::Ptv3;
-use crate::model::backbones::ptv3::block::{Attention, Mlp, Xcpe};
-use crate::model::backbones::ptv3::input::stem_neighbors;
-use crate::model::backbones::ptv3::stage::{DecoderStage, EncoderStage, STEM_VOLUME, Stem};
+use crate::model::backbones::ptv3::block::{Attention, Block, Mlp, Xcpe};
+use crate::model::backbones::stem::{STEM_VOLUME, Stem, stem_neighbors};
+use crate::model::backbones::u_net::{DecoderStage, EncoderStage, UNetSettings};
 use crate::model::backbones::{Ptv3Config, Stages};
 use crate::model::forward_mode::ForwardMode;
 use crate::model::layers::NormKind;
@@ -259,7 +259,13 @@ fn stem_pooling_and_unpooling_with_either_norm() {
             &[],
             |module, _, mode| module.forward(features(&stem), &around(), mode),
         );
-        let pool = EncoderStage::all(&init, &stages, &config(kind)).remove(1);
+        let settings = UNetSettings {
+            stages: &stages,
+            norm: kind,
+            drop_path: 0.0,
+        };
+        let block = |name: &str, settings| Block::new(&init, name, &config(kind), settings);
+        let pool = EncoderStage::all(&init, settings, block).remove(1);
         check(
             &format!("pool.{norm}"),
             BLOCK_TOLERANCE,
@@ -267,7 +273,7 @@ fn stem_pooling_and_unpooling_with_either_norm() {
             &[n_tokens(0)],
             |stage, rows, mode| stage.pool(rows[0].clone(), &levels[0], mode),
         );
-        let unpool = DecoderStage::all(&init, &stages, &config(kind)).remove(0);
+        let unpool = DecoderStage::all(&init, settings, block).remove(0);
         check(
             &format!("unpool.{norm}"),
             BLOCK_TOLERANCE,

@@ -14,6 +14,7 @@ mod layer_norm;
 mod linear;
 mod mean_shift;
 mod mlp;
+mod rotary;
 mod segments;
 mod tile;
 
@@ -24,6 +25,7 @@ pub(crate) use layer_norm::layer_norm;
 pub(crate) use linear::linear;
 pub(crate) use mean_shift::mean_shift_step;
 pub(crate) use mlp::{MlpWeights, mlp};
+pub(crate) use rotary::rotary;
 pub(crate) use segments::{cluster_max, gather};
 pub(crate) use tile::{Kernel, vectorised};
 

@@ -6,11 +6,19 @@
 
 pub(crate) mod backbone;
 mod dispatch;
+mod leveled_tokens;
+mod litept;
 mod pointnet;
 pub(crate) mod ptv3;
+mod ptx;
+mod rotary_attention;
+mod serialization;
 mod stages;
+pub(crate) mod stem;
+pub(crate) mod u_net;
 
 pub(crate) use backbone::features;
+pub use litept::LiteptPreset;
 pub use ptv3::Preset;
 pub use stages::Stages;
 
@@ -29,6 +37,10 @@ use partprobe_carrier::Rng;
 backbones! {
     /// Point Transformer V3.
     "ptv3": ptv3::{Ptv3, Ptv3Config};
+    /// LitePT: convolutions on the fine levels, attention with rotary positions on the coarse ones.
+    "litept": litept::{Litept, LiteptConfig};
+    /// PointTransformerX: no convolution, attention with rotary positions on learned axes.
+    "ptx": ptx::{Ptx, PtxConfig};
     /// A shared perceptron with one global maximum: the baseline without neighborhoods.
     "pointnet": pointnet::{Pointnet, PointnetConfig};
 }

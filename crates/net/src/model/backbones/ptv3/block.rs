@@ -6,6 +6,7 @@ use crate::data::hierarchy::XCPE_VOLUME;
 use crate::data::level_rows::{ClusterRows, LevelRows, ShapePatches};
 use crate::kernels::fused::MlpWeights;
 use crate::kernels::ops;
+use crate::model::backbones::u_net::{BlockSettings, StageBlock};
 use crate::model::forward_mode::ForwardMode;
 use crate::model::layers::{LayerNorm, Linear};
 use crate::model::parameters::Initializer;
@@ -29,17 +30,6 @@ pub(crate) struct Block {
     drop_path: f64,
 }
 
-/// What distinguishes the blocks of a network from each other.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct BlockSettings {
-    /// Channels.
-    pub(crate) width: usize,
-    /// The index of the block in its stage.
-    pub(crate) index: usize,
-    /// Probability of leaving out a branch.
-    pub(crate) drop_path: f64,
-}
-
 impl Block {
     /// A block with those pieces that the config has not switched off.
     pub(crate) fn new(
@@ -52,6 +42,7 @@ impl Block {
             width,
             index,
             drop_path,
+            ..
         } = settings;
         Self {
             xcpe: config
@@ -67,15 +58,10 @@ impl Block {
             drop_path,
         }
     }
+}
 
-    /// # Shapes
-    /// - rows and output: `[token, width]`
-    pub(crate) fn forward(
-        &self,
-        mut rows: Tensor<2>,
-        level: &LevelRows,
-        mode: &mut ForwardMode,
-    ) -> Tensor<2> {
+impl StageBlock for Block {
+    fn forward(&self, mut rows: Tensor<2>, level: &LevelRows, mode: &mut ForwardMode) -> Tensor<2> {
         if let Some(xcpe) = &self.xcpe {
             rows = rows.clone() + xcpe.forward(rows, level);
         }
@@ -163,29 +149,37 @@ impl Attention {
 
     pub(crate) fn forward(&self, rows: Tensor<2>, level: &LevelRows) -> Tensor<2> {
         let qkv = self.qkv.forward(self.norm.forward(rows));
-        let mixed = match level.shapes.as_slice() {
-            [shape] => self.mix(qkv, shape),
-            shapes => {
-                let mut first = 0;
-                let each = shapes.iter().map(|shape| {
-                    let own = qkv.clone().slice_dim(0, first..first + shape.n);
-                    first += shape.n;
-                    self.mix(own, shape)
-                });
-                Tensor::cat(each.collect(), 0)
-            }
-        };
-        self.out.forward(mixed)
+        self.out
+            .forward(mixed_by_patch(qkv, level, self.index, self.n_heads))
     }
+}
 
-    fn mix(&self, qkv: Tensor<2>, shape: &ShapePatches) -> Tensor<2> {
-        // `Ptv3Config::check` has seen to at least one curve.
-        ops::patch_attention(
-            qkv,
-            &shape.by_curve[self.index % shape.by_curve.len()],
-            self.n_heads,
-        )
+/// Attention within the patches of each shape, along the curve of the block with this index.
+///
+/// # Shapes
+/// - qkv: `[token, 3 × head × channel]`
+/// - output: `[token, head × channel]`
+pub(crate) fn mixed_by_patch(
+    qkv: Tensor<2>,
+    level: &LevelRows,
+    index: usize,
+    n_heads: usize,
+) -> Tensor<2> {
+    let mix = |qkv: Tensor<2>, shape: &ShapePatches| {
+        // `Serialization::check` has seen to at least one curve.
+        let patches = &shape.by_curve[index % shape.by_curve.len()];
+        ops::patch_attention(qkv, patches, n_heads)
+    };
+    if let [shape] = level.shapes.as_slice() {
+        return mix(qkv, shape);
     }
+    let mut first = 0;
+    let each = level.shapes.iter().map(|shape| {
+        let own = qkv.clone().slice_dim(0, first..first + shape.n);
+        first += shape.n;
+        mix(own, shape)
+    });
+    Tensor::cat(each.collect(), 0)
 }
 
 /// A perceptron with one hidden layer, behind a norm.

@@ -1,8 +1,8 @@
 //! Defines the settings of PTv3: its size, and the switches for ablations.
 
 use super::preset::Preset;
-use crate::config::{ConfigError, ensure};
 use crate::data::curve::Curve;
+use crate::model::backbones::serialization::Serialization;
 use crate::model::layers::NormKind;
 use serde::{Deserialize, Serialize};
 
@@ -50,27 +50,15 @@ impl Default for Ptv3Config {
 }
 
 impl Ptv3Config {
-    /// Refuses settings that no network can have.
-    ///
-    /// # Errors
-    /// If a value is out of its range.
-    pub(super) fn check(&self) -> Result<(), ConfigError> {
-        ensure(
-            (2..=65_536).contains(&self.patch),
-            "net.backbone.patch",
-            "must be from 2 to 65536",
-        )?;
-        ensure(
-            (0.0..1.0).contains(&self.drop_path),
-            "net.backbone.drop_path",
-            "must be from 0 to below 1",
-        )?;
-        let is_new = |(idx, curve)| !self.orders[..idx].contains(curve);
-        ensure(
-            !self.orders.is_empty() && self.orders.iter().enumerate().all(is_new),
-            "net.backbone.orders",
-            "must name at least one of z, z-trans, hilbert, hilbert-trans, each once",
-        )
+    /// The settings that serialize shapes.
+    pub(super) fn serialization(&self) -> Serialization<'_> {
+        Serialization {
+            n_levels: self.preset.stages().n_levels(),
+            patch: self.patch,
+            orders: &self.orders,
+            shuffle_orders: self.shuffle_orders,
+            drop_path: self.drop_path,
+        }
     }
 }
 

@@ -7,44 +7,44 @@
 
 pub(crate) mod block;
 mod config;
-pub(crate) mod input;
 mod preset;
-pub(crate) mod stage;
 
 pub use config::Ptv3Config;
 pub use preset::Preset;
 
-use super::backbone::{Backbone, N_FEATURES, matrix};
+use super::backbone::{Backbone, N_FEATURES};
+use super::leveled_tokens::SurroundedTokens;
 use super::stages::Stages;
+use super::stem::{STEM_VOLUME, Stem};
+use super::u_net::{self, DecoderStage, EncoderStage, UNetSettings};
 use crate::config::ConfigError;
-use crate::data::hierarchy::{CurveOrders, Hierarchy, fixed_orders, shuffled_orders};
-use crate::data::level_rows::{LevelRows, levels_of};
+use crate::data::hierarchy::{CurveOrders, Hierarchy};
+use crate::data::level_rows::LevelRows;
 use crate::data::neighbors::Neighbors;
 use crate::data::tokens::Tokens;
 use crate::model::forward_mode::ForwardMode;
 use crate::model::layers::NormKind;
 use crate::model::parameters::Initializer;
+use block::Block;
 use burn::module::Module;
 use burn::tensor::{Device, Tensor};
-use input::Ptv3Input;
 use partprobe_carrier::Rng;
-use stage::{DecoderStage, EncoderStage, STEM_VOLUME, Stem};
 
 /// The network below the embedding head.
 #[derive(Module, Debug)]
 pub(crate) struct Ptv3 {
     stem: Stem,
-    encoder: Vec<EncoderStage>,
+    encoder: Vec<EncoderStage<Block>>,
     /// From the coarsest stage down.
-    decoder: Vec<DecoderStage>,
+    decoder: Vec<DecoderStage<Block>>,
 }
 
 impl Backbone for Ptv3 {
     type Config = Ptv3Config;
-    type Input = Ptv3Input;
+    type Input = SurroundedTokens;
 
     fn check(config: &Ptv3Config) -> Result<(), ConfigError> {
-        config.check()
+        config.serialization().check()
     }
 
     fn stages(config: &Ptv3Config) -> Stages {
@@ -66,43 +66,34 @@ impl Backbone for Ptv3 {
     }
 
     fn test_orders(config: &Ptv3Config) -> CurveOrders {
-        fixed_orders(config.preset.stages().n_levels(), &config.orders)
+        config.serialization().test_orders()
     }
 
     fn training_orders(config: &Ptv3Config, rng: &mut Rng) -> CurveOrders {
-        // Drawn in any case, so that the switch changes no other random number.
-        let shuffled = shuffled_orders(config.preset.stages().n_levels(), &config.orders, rng);
-        if config.shuffle_orders {
-            shuffled
-        } else {
-            Self::test_orders(config)
-        }
+        config.serialization().training_orders(rng)
     }
 
-    fn prepare(config: &Ptv3Config, tokens: &Tokens, orders: &CurveOrders) -> Ptv3Input {
-        Ptv3Input::new(tokens, config, orders)
+    fn prepare(config: &Ptv3Config, tokens: &Tokens, orders: &CurveOrders) -> SurroundedTokens {
+        let hierarchy = if config.cell_exchange {
+            Hierarchy::with_cells
+        } else {
+            Hierarchy::new
+        };
+        SurroundedTokens::new(tokens, hierarchy(tokens, config.patch, orders))
     }
 
     fn new(init: &Initializer, config: &Ptv3Config) -> Self {
         Self::with_stages(init, &config.preset.stages(), config)
     }
 
-    fn forward(&self, inputs: &[&Ptv3Input], device: &Device, mode: &mut ForwardMode) -> Tensor<2> {
-        let features: Vec<f32> = inputs
-            .iter()
-            .flat_map(|input| &input.features)
-            .copied()
-            .collect();
-        let around: Vec<&Neighbors> = inputs.iter().map(|input| &input.around).collect();
-        let hierarchies: Vec<&Hierarchy> = inputs.iter().map(|input| &input.hierarchy).collect();
-
-        let n_tokens = features.len() / N_FEATURES;
-        self.forward_levels(
-            matrix(features, n_tokens, device),
-            &Neighbors::joined(&around),
-            &levels_of(&hierarchies),
-            mode,
-        )
+    fn forward(
+        &self,
+        inputs: &[&SurroundedTokens],
+        device: &Device,
+        mode: &mut ForwardMode,
+    ) -> Tensor<2> {
+        let (around, batch) = SurroundedTokens::batch(inputs, device);
+        self.forward_levels(batch.features, &around, &batch.levels, mode)
     }
 }
 
@@ -110,10 +101,16 @@ impl Ptv3 {
     /// A network of these stages; the preset of `config` is not used.
     pub(crate) fn with_stages(init: &Initializer, stages: &Stages, config: &Ptv3Config) -> Self {
         let stem_width = stages.encoder_widths.first().copied().unwrap_or(0);
+        let settings = UNetSettings {
+            stages,
+            norm: config.norm,
+            drop_path: config.drop_path,
+        };
+        let block = |name: &str, settings| Block::new(init, name, config, settings);
         Self {
             stem: Stem::new(init, config.norm, [STEM_VOLUME * N_FEATURES, stem_width]),
-            encoder: EncoderStage::all(init, stages, config),
-            decoder: DecoderStage::all(init, stages, config),
+            encoder: EncoderStage::all(init, settings, block),
+            decoder: DecoderStage::all(init, settings, block),
         }
     }
 
@@ -131,27 +128,7 @@ impl Ptv3 {
         levels: &[LevelRows],
         mode: &mut ForwardMode,
     ) -> Tensor<2> {
-        let mut rows = self.stem.forward(features, around, mode);
-        let mut skips = Vec::with_capacity(levels.len());
-        for (idx, (stage, level)) in self.encoder.iter().zip(levels).enumerate() {
-            if let Some(below) = idx.checked_sub(1) {
-                rows = stage.pool(rows, &levels[below], mode);
-            }
-            rows = stage
-                .blocks
-                .iter()
-                .fold(rows, |rows, block| block.forward(rows, level, mode));
-            skips.push(rows.clone());
-        }
-        skips.pop();
-        for (stage, level) in self.decoder.iter().zip(levels[..skips.len()].iter().rev()) {
-            let Some(skip) = skips.pop() else { break };
-            rows = stage.unpool(rows, skip, level, mode);
-            rows = stage
-                .blocks
-                .iter()
-                .fold(rows, |rows, block| block.forward(rows, level, mode));
-        }
-        rows
+        let rows = self.stem.forward(features, around, mode);
+        u_net::forward(&self.encoder, &self.decoder, rows, levels, mode)
     }
 }

@@ -1,0 +1,266 @@
+//! Builds LitePT (Yue et al., CVPR 2026, arXiv 2512.13689): tokens and their hierarchy become one row of features per token.
+//!
+//! The fine levels have convolutions and no attention, the coarse ones attention and no convolution. Attention knows the
+//! positions of tokens by rotary encoding along the axes of the grid. The decoder unpools and has no blocks.
+
+use super::backbone::{Backbone, N_FEATURES};
+use super::leveled_tokens::SurroundedTokens;
+use super::ptv3::block::{Mlp, Xcpe};
+use super::rotary_attention::{Axes, RotaryAttention};
+use super::serialization::Serialization;
+use super::stages::Stages;
+use super::stem::{STEM_VOLUME, Stem};
+use super::u_net::{self, BlockSettings, DecoderStage, EncoderStage, StageBlock, UNetSettings};
+use crate::config::ConfigError;
+use crate::data::curve::Curve;
+use crate::data::hierarchy::{CurveOrders, Hierarchy};
+use crate::data::level_rows::LevelRows;
+use crate::data::tokens::Tokens;
+use crate::model::forward_mode::ForwardMode;
+use crate::model::layers::{LayerNorm, NormKind};
+use crate::model::parameters::Initializer;
+use burn::module::Module;
+use burn::tensor::{Device, Tensor};
+use partprobe_carrier::Rng;
+use serde::{Deserialize, Serialize};
+
+/// Channels of an attention head: three pairs for each axis.
+const HEAD_DIM: usize = 18;
+
+/// The named sizes of `LitePT`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum LiteptPreset {
+    /// Three stages: trains on a CPU.
+    Micro,
+    /// Four stages.
+    Tiny,
+    /// LitePT-S as published: five stages, 12.7 million parameters.
+    Small,
+}
+
+impl LiteptPreset {
+    /// Every preset, from the smallest up.
+    pub const ALL: [Self; 3] = [Self::Micro, Self::Tiny, Self::Small];
+
+    /// The name that a config file uses.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Micro => "micro",
+            Self::Tiny => "tiny",
+            Self::Small => "small",
+        }
+    }
+
+    /// Depths and widths; `small` is LitePT-S as published.
+    #[must_use]
+    pub fn stages(self) -> Stages {
+        let new = |encoder: &[(usize, usize)], decoder_widths: &[usize]| {
+            let (encoder_depths, encoder_widths) = encoder.iter().copied().unzip();
+            Stages {
+                encoder_depths,
+                encoder_widths,
+                decoder_depths: vec![0; decoder_widths.len()],
+                decoder_widths: decoder_widths.to_vec(),
+            }
+        };
+        match self {
+            Self::Micro => new(&[(1, 36), (1, 54), (2, 72)], &[54, 54]),
+            Self::Tiny => new(&[(1, 36), (1, 72), (2, 108), (2, 144)], &[72, 72, 108]),
+            Self::Small => new(
+                &[(2, 36), (2, 72), (2, 144), (6, 252), (2, 504)],
+                &[72, 72, 144, 252],
+            ),
+        }
+    }
+
+    /// How many of the finest stages have convolutions. The others have attention.
+    fn n_convolution_stages(self) -> usize {
+        match self {
+            Self::Micro | Self::Tiny => 2,
+            Self::Small => 3,
+        }
+    }
+}
+
+/// The settings of `LitePT`.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct LiteptConfig {
+    /// Depths and widths of the stages.
+    pub preset: LiteptPreset,
+    /// Tokens in a patch of the serialized attention.
+    pub patch: usize,
+    /// The norm of stem, pooling and unpooling; blocks always have LayerNorm.
+    pub norm: NormKind,
+    /// Highest probability with which training leaves out a branch of a block, drawn for each point.
+    pub drop_path: f64,
+    /// The curves that serialize a shape, in the order in which the blocks of a stage take turns.
+    pub orders: Vec<Curve>,
+    /// Whether training shuffles the curves on each level, anew for each shape and step.
+    pub shuffle_orders: bool,
+}
+
+impl Default for LiteptConfig {
+    /// The smallest preset, on all curves.
+    fn default() -> Self {
+        Self {
+            preset: LiteptPreset::Micro,
+            patch: 128,
+            norm: NormKind::Layer,
+            drop_path: 0.0,
+            orders: Curve::ALL.to_vec(),
+            shuffle_orders: true,
+        }
+    }
+}
+
+impl LiteptConfig {
+    fn serialization(&self) -> Serialization<'_> {
+        Serialization {
+            n_levels: self.preset.stages().n_levels(),
+            patch: self.patch,
+            orders: &self.orders,
+            shuffle_orders: self.shuffle_orders,
+            drop_path: self.drop_path,
+        }
+    }
+}
+
+/// The network below the embedding head.
+#[derive(Module, Debug)]
+pub(crate) struct Litept {
+    stem: Stem,
+    encoder: Vec<EncoderStage<LiteptBlock>>,
+    /// From the coarsest stage down.
+    decoder: Vec<DecoderStage<LiteptBlock>>,
+}
+
+/// A block: a convolution that is added to what came in, or a norm, then attention and a perceptron.
+#[derive(Module, Debug)]
+pub(crate) struct LiteptBlock {
+    xcpe: Option<Xcpe>,
+    attention: Option<AttentionBranches>,
+    /// Probability of leaving out a branch.
+    #[module(skip)]
+    drop_path: f64,
+}
+
+#[derive(Module, Debug)]
+pub(crate) struct AttentionBranches {
+    norm: LayerNorm,
+    attention: RotaryAttention,
+    mlp: Mlp,
+}
+
+impl LiteptBlock {
+    fn new(
+        init: &Initializer,
+        name: &str,
+        n_convolution_stages: usize,
+        settings: BlockSettings,
+    ) -> Self {
+        let width = settings.width;
+        let is_convolution = settings.stage < n_convolution_stages;
+        let branches = || AttentionBranches {
+            norm: LayerNorm::new(init, width),
+            attention: RotaryAttention::new(
+                init,
+                &format!("{name}.attention.attention"),
+                [width, HEAD_DIM],
+                settings.index,
+                Axes::Grid,
+            ),
+            mlp: Mlp::new(init, &format!("{name}.attention.mlp"), width),
+        };
+        Self {
+            xcpe: is_convolution.then(|| Xcpe::new(init, &format!("{name}.xcpe"), width)),
+            attention: (!is_convolution).then(branches),
+            drop_path: settings.drop_path,
+        }
+    }
+}
+
+impl StageBlock for LiteptBlock {
+    fn forward(&self, mut rows: Tensor<2>, level: &LevelRows, mode: &mut ForwardMode) -> Tensor<2> {
+        if let Some(xcpe) = &self.xcpe {
+            rows = rows.clone() + xcpe.forward(rows, level);
+        }
+        if let Some(branches) = &self.attention {
+            rows = branches.norm.forward(rows);
+            let mixed = branches.attention.forward(rows.clone(), level);
+            rows = rows + mode.drop_path(mixed, self.drop_path);
+            rows = rows.clone() + mode.drop_path(branches.mlp.forward(rows), self.drop_path);
+        }
+        rows
+    }
+}
+
+impl Backbone for Litept {
+    type Config = LiteptConfig;
+    type Input = SurroundedTokens;
+
+    fn check(config: &LiteptConfig) -> Result<(), ConfigError> {
+        config.serialization().check()
+    }
+
+    fn stages(config: &LiteptConfig) -> Stages {
+        config.preset.stages()
+    }
+
+    fn named_sizes(config: &LiteptConfig) -> Vec<(&'static str, LiteptConfig)> {
+        let with_preset = |preset: LiteptPreset| LiteptConfig {
+            preset,
+            ..config.clone()
+        };
+        LiteptPreset::ALL
+            .map(|preset| (preset.name(), with_preset(preset)))
+            .to_vec()
+    }
+
+    fn runs_batch_as_one(config: &LiteptConfig) -> bool {
+        config.norm == NormKind::Batch
+    }
+
+    fn test_orders(config: &LiteptConfig) -> CurveOrders {
+        config.serialization().test_orders()
+    }
+
+    fn training_orders(config: &LiteptConfig, rng: &mut Rng) -> CurveOrders {
+        config.serialization().training_orders(rng)
+    }
+
+    fn prepare(config: &LiteptConfig, tokens: &Tokens, orders: &CurveOrders) -> SurroundedTokens {
+        SurroundedTokens::new(tokens, Hierarchy::new(tokens, config.patch, orders))
+    }
+
+    fn new(init: &Initializer, config: &LiteptConfig) -> Self {
+        let stages = config.preset.stages();
+        let settings = UNetSettings {
+            stages: &stages,
+            norm: config.norm,
+            drop_path: config.drop_path,
+        };
+        let n_convolution_stages = config.preset.n_convolution_stages();
+        let block =
+            |name: &str, settings| LiteptBlock::new(init, name, n_convolution_stages, settings);
+        let stem_width = stages.encoder_widths[0];
+        Self {
+            stem: Stem::new(init, config.norm, [STEM_VOLUME * N_FEATURES, stem_width]),
+            encoder: EncoderStage::all(init, settings, block),
+            decoder: DecoderStage::all(init, settings, block),
+        }
+    }
+
+    fn forward(
+        &self,
+        inputs: &[&SurroundedTokens],
+        device: &Device,
+        mode: &mut ForwardMode,
+    ) -> Tensor<2> {
+        let (around, batch) = SurroundedTokens::batch(inputs, device);
+        let rows = self.stem.forward(batch.features, &around, mode);
+        u_net::forward(&self.encoder, &self.decoder, rows, &batch.levels, mode)
+    }
+}
