@@ -182,9 +182,15 @@ pub(crate) struct SplitConfig {
 pub(crate) struct CompareConfig {
     pub(crate) supervision: Vec<String>,
     pub(crate) references: Vec<String>,
+    /// Runs of before there was a choice have no such key, and none is written where they had none.
+    #[serde(default = "yes", skip_serializing_if = "Clone::clone")]
     pub(crate) score_against_supervisions: bool,
     pub(crate) primary: Vec<String>,
     pub(crate) seeds: Vec<u64>,
+}
+
+fn yes() -> bool {
+    true
 }
 
 /// Which checkpoint is evaluated.
@@ -553,4 +559,37 @@ pub(crate) fn overrides_of_preparation(preparation: &serde_json::Value) -> Vec<S
         .filter(|(key, _)| prepares(key))
         .map(|(key, value)| format!("{key}={value}"))
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::config::load;
+
+    #[track_caller]
+    fn check(overrides: &[&str], references: &[&str], label_sources: &[&str]) {
+        let overrides: Vec<String> = overrides.iter().map(|&text| text.to_owned()).collect();
+        let config = load("base", &overrides).unwrap().config;
+        assert_eq!(config.references(), references);
+        assert_eq!(config.label_sources(), label_sources);
+    }
+
+    #[test]
+    fn supervisions_are_references_unless_they_are_told_not_to_be() {
+        let arms = r#"compare.supervision=["brep-face","step-parts"]"#;
+        let both = ["step-parts", "brep-face"];
+        check(&[arms], &both, &both);
+        let alone = "compare.score_against_supervisions=false";
+        check(&[arms, alone], &["step-parts"], &both);
+    }
+
+    #[test]
+    fn a_run_has_a_reference() {
+        let overrides = [
+            "compare.score_against_supervisions=false",
+            "compare.references=[]",
+        ]
+        .map(str::to_owned);
+        let error = load("base", &overrides).unwrap_err();
+        assert!(format!("{error:#}").contains("compare.references"));
+    }
 }
