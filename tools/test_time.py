@@ -1,0 +1,60 @@
+"""What a trained backbone scores with more tokens, or in more poses, than it is evaluated with by default.
+
+    test_time.py RUN OUT --partprobe PROGRAM
+
+RUN is a run folder with backbones that were trained on `step-parts`. OUT gets a copy of it for each row of the table, which is
+scored again by `partprobe eval`; a copy that has scores already is not scored twice. Prints a Markdown table: means over the
+test shapes with 2 to 19 parts, against `step-parts`, and the standard deviation over seeds.
+"""
+
+import argparse
+import pathlib
+import shutil
+import subprocess
+
+from learning import spread, test_scores
+
+ROWS = {
+    "1 024 tokens, as trained": [],
+    "2 048 tokens": ["tokens.test_tokens=2048"],
+    "8 poses, embeddings side by side": ["tokens.test_poses=8"],
+}
+# Nothing but the backbones of one source, against one reference.
+ALONE = [
+    'compare.supervision=["step-parts"]',
+    'compare.references=["step-parts"]',
+    "compare.primary=[]",
+    "endpoints=[]",
+]
+
+
+def scored(run, out, settings, program):
+    """A folder with the scores of the run under these settings."""
+    if (out / "scores.jsonl").exists():
+        return out
+    shutil.copytree(run, out, ignore=shutil.ignore_patterns("predictions", "test", "scores.jsonl"))
+    overrides = [word for setting in [*ALONE, *settings] for word in ("--set", setting)]
+    subprocess.run([program, "eval", out, "--jobs", "1", *overrides], check=True, stdout=subprocess.DEVNULL)
+    return out
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("run", type=pathlib.Path)
+    parser.add_argument("out", type=pathlib.Path)
+    parser.add_argument("--partprobe", default="target/release/partprobe")
+    arguments = parser.parse_args()
+    arguments.out.mkdir(parents=True, exist_ok=True)
+
+    columns = [("k-means", "miou"), ("mean-shift+k-means", "miou"), ("k-means", "gtc_miou")]
+    print("| scored with | k-means mIoU | mean shift + k-means mIoU | GTc mIoU | token ceiling |")
+    print("|---|---:|---:|---:|---:|")
+    for idx, (name, settings) in enumerate(ROWS.items()):
+        folder = scored(arguments.run, arguments.out / str(idx), settings, arguments.partprobe)
+        cells = [spread(test_scores(folder, "step-parts", *column)) for column in columns]
+        ceiling = spread(test_scores(folder, "token-ceiling", "k-means", "miou"))
+        print(f"| {name} | " + " | ".join([*cells, ceiling]) + " |")
+
+
+if __name__ == "__main__":
+    main()
