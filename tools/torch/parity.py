@@ -74,6 +74,7 @@ def check_case(path):
         norm=backbone["norm"],
         xcpe=backbone["xcpe"],
         attention=backbone["attention"],
+        xcpe_of_skip=backbone.get("xcpe_of_skip", False),
     )
     load_weights(network, lambda name, _: tensors[f"weights.{name}"])
     shapes = []
@@ -148,6 +149,7 @@ CASES = {
     "micro": ["preset=micro"],
     "micro-batch-norm": ["preset=micro", "norm=batch"],
     "micro-two-orders": ["preset=micro", 'orders=["hilbert", "z-trans"]', "patch=48"],
+    "micro-xcpe-of-skip": ["preset=micro", "norm=batch", "xcpe_of_skip=true"],
     "micro-no-xcpe": ["preset=micro", "xcpe=false"],
     "micro-no-attention": ["preset=micro", "attention=false"],
     "tiny": ["preset=tiny"],

@@ -10,9 +10,13 @@ safetensors, spconv, addict and timm. Exit code 1 if the networks differ by more
 
 import argparse
 import importlib
+import os
 import subprocess
 import sys
 from pathlib import Path
+
+# On several threads, spconv's convolution on the CPU gives other numbers at each call.
+os.environ["OMP_NUM_THREADS"] = "1"
 
 import torch
 from safetensors.torch import load_file, save_file
@@ -23,7 +27,7 @@ import pointcept_packages
 TOLERANCE = 1e-4
 CURVES = ("z", "z-trans", "hilbert", "hilbert-trans")
 PATCH = 1024
-SETTINGS = ["net.backbone.preset=base", "net.backbone.norm=batch", f"net.backbone.patch={PATCH}", "tokens.voxels=plain"]
+SETTINGS = ["net.backbone.preset=base", "net.backbone.norm=batch", f"net.backbone.patch={PATCH}", "net.backbone.xcpe_of_skip=true", "tokens.voxels=plain"]
 #: Tokens of the shapes that both networks see; with more than PATCH, the finest levels have several patches.
 TOKENS = 2600
 

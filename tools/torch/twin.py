@@ -292,9 +292,9 @@ class Block(nn.Module):
         self.attention = Attention(width, turn, mix) if attention else None
         self.mlp = Mlp(width)
 
-    def forward(self, rows, level):
+    def forward(self, rows, level, seen=None):
         if self.xcpe is not None:
-            rows = rows + self.xcpe(rows, level)
+            rows = rows + self.xcpe(rows if seen is None else seen, level)
         if self.attention is not None:
             rows = rows + self.attention(rows, level)
         return rows + self.mlp(rows)
@@ -345,8 +345,9 @@ class DecoderStage(nn.Module):
 class Ptv3(nn.Module):
     """The backbone; `decoder` runs from the coarsest stage down, as it is walked."""
 
-    def __init__(self, stages, norm="layer", conv="gather", **options):
+    def __init__(self, stages, norm="layer", conv="gather", xcpe_of_skip=False, **options):
         super().__init__()
+        self.xcpe_of_skip = xcpe_of_skip
         options = {"conv": conv, **options}
         widths = stages.encoder_widths
         self.stem = Stem(widths[0], norm, conv)
@@ -372,9 +373,10 @@ class Ptv3(nn.Module):
                 rows = block(rows, level)
             skips.append(rows)
         for stage, skip, level in zip(self.decoder, skips[-2::-1], levels[-2::-1]):
-            rows = stage.child(rows).index_select(0, level.cluster) + stage.skip(skip)
-            for block in stage.blocks:
-                rows = block(rows, level)
+            skip = stage.skip(skip)
+            rows = stage.child(rows).index_select(0, level.cluster) + skip
+            for idx, block in enumerate(stage.blocks):
+                rows = block(rows, level, skip if idx == 0 and self.xcpe_of_skip else None)
         return rows
 
 

@@ -161,6 +161,7 @@ impl FromArgs {
             "net.backbone.type=ptv3".to_owned(),
             format!("net.backbone.preset={size}"),
             "net.backbone.norm=batch".to_owned(),
+            "net.backbone.xcpe_of_skip=true".to_owned(),
             "net.backbone.patch=1024".to_owned(),
             "tokens.voxels=plain".to_owned(),
         ];

@@ -207,6 +207,14 @@ fn ptv3_of(config: &NetConfig) -> Result<&Ptv3Config, PointceptError> {
             "net.backbone.cell_exchange = false",
         );
     }
+    if !ptv3.xcpe_of_skip {
+        let reason = "computes the first xCPE of a decoder stage on the skip alone";
+        return refused(
+            "net.backbone.xcpe_of_skip",
+            reason,
+            "net.backbone.xcpe_of_skip = true",
+        );
+    }
     if !ptv3.xcpe {
         return refused(
             "net.backbone.xcpe",

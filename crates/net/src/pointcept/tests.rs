@@ -4,7 +4,11 @@ use super::*;
 use crate::testing::net_with;
 
 fn base_like() -> NetConfig {
-    net_with(|ptv3| ptv3.norm = NormKind::Batch)
+    net_with(as_pointcept)
+}
+
+fn as_pointcept(ptv3: &mut Ptv3Config) {
+    (ptv3.norm, ptv3.xcpe_of_skip) = (NormKind::Batch, true);
 }
 
 fn file(config: &NetConfig) -> ModelFile {
@@ -148,18 +152,22 @@ fn what_does_not_fit_is_named() {
 
 #[test]
 fn settings_without_a_counterpart_are_refused_by_their_key() {
-    let refusals: [(fn(&mut Ptv3Config), &str); 4] = [
+    let refusals: [(fn(&mut Ptv3Config), &str); 5] = [
         (|ptv3| ptv3.norm = NormKind::Layer, "net.backbone.norm"),
         (
             |ptv3| ptv3.cell_exchange = true,
             "net.backbone.cell_exchange",
+        ),
+        (
+            |ptv3| ptv3.xcpe_of_skip = false,
+            "net.backbone.xcpe_of_skip",
         ),
         (|ptv3| ptv3.xcpe = false, "net.backbone.xcpe"),
         (|ptv3| ptv3.attention = false, "net.backbone.attention"),
     ];
     for (change, key) in refusals {
         let config = net_with(|ptv3| {
-            ptv3.norm = NormKind::Batch;
+            as_pointcept(ptv3);
             change(ptv3);
         });
         let told = to_pointcept(&file(&config)).unwrap_err().to_string();
@@ -170,7 +178,7 @@ fn settings_without_a_counterpart_are_refused_by_their_key() {
 #[test]
 fn the_settings_are_those_of_the_published_network() {
     let config = net_with(|ptv3| {
-        ptv3.norm = NormKind::Batch;
+        as_pointcept(ptv3);
         ptv3.preset = crate::model::backbones::Preset::Base;
         ptv3.patch = 1024;
         ptv3.orders.truncate(1);

@@ -72,12 +72,27 @@ impl Block {
     /// - rows and output: `[token, width]`
     pub(crate) fn forward(
         &self,
+        rows: Tensor<2>,
+        level: &LevelRows,
+        mode: &mut ForwardMode,
+    ) -> Tensor<2> {
+        let seen = rows.clone();
+        self.forward_seeing(rows, seen, level, mode)
+    }
+
+    /// The same with other rows for xCPE to see.
+    ///
+    /// # Shapes
+    /// - rows, seen and output: `[token, width]`
+    pub(crate) fn forward_seeing(
+        &self,
         mut rows: Tensor<2>,
+        seen: Tensor<2>,
         level: &LevelRows,
         mode: &mut ForwardMode,
     ) -> Tensor<2> {
         if let Some(xcpe) = &self.xcpe {
-            rows = rows.clone() + xcpe.forward(rows, level);
+            rows = rows + xcpe.forward(seen, level);
         }
         if let (Some(exchange), Some(cells)) = (&self.exchange, &level.by_cell) {
             rows = rows.clone() + exchange.forward(rows, cells);

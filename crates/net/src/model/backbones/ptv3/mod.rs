@@ -146,11 +146,7 @@ impl Ptv3 {
         skips.pop();
         for (stage, level) in self.decoder.iter().zip(levels[..skips.len()].iter().rev()) {
             let Some(skip) = skips.pop() else { break };
-            rows = stage.unpool(rows, skip, level, mode);
-            rows = stage
-                .blocks
-                .iter()
-                .fold(rows, |rows, block| block.forward(rows, level, mode));
+            rows = stage.forward(rows, skip, level, mode);
         }
         rows
     }

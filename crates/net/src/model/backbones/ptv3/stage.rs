@@ -34,7 +34,10 @@ pub(crate) struct EncoderStage {
 pub(crate) struct DecoderStage {
     child: Projection,
     skip: Projection,
-    pub(super) blocks: Vec<Block>,
+    blocks: Vec<Block>,
+    /// Whether the first xCPE sees only the skip.
+    #[module(skip)]
+    xcpe_of_skip: bool,
 }
 
 impl Stem {
@@ -123,13 +126,15 @@ impl DecoderStage {
                     child,
                     skip,
                     blocks: blocks(init, &name, config, width, rates),
+                    xcpe_of_skip: config.xcpe_of_skip,
                 }
             })
             .collect()
     }
 
-    /// Adds the rows of the level above, each to all tokens of its cluster, to those that the encoder left on this level.
-    pub(crate) fn unpool(
+    /// Adds the rows of the level above, each to all tokens of its cluster, to those that the encoder left on this level,
+    /// and takes them through the blocks.
+    pub(crate) fn forward(
         &self,
         rows: Tensor<2>,
         skip: Tensor<2>,
@@ -138,10 +143,22 @@ impl DecoderStage {
     ) -> Tensor<2> {
         let from_child = self.child.forward(rows, mode);
         let skip = self.skip.forward(skip, mode);
-        match &level.pooling {
-            Some(pooling) => ops::gather(from_child, &pooling.cluster) + skip,
-            None => skip,
-        }
+        let rows = match &level.pooling {
+            Some(pooling) => ops::gather(from_child, &pooling.cluster) + skip.clone(),
+            None => skip.clone(),
+        };
+        let Some((first, others)) = self.blocks.split_first() else {
+            return rows;
+        };
+        let seen = if self.xcpe_of_skip {
+            skip
+        } else {
+            rows.clone()
+        };
+        let rows = first.forward_seeing(rows, seen, level, mode);
+        others
+            .iter()
+            .fold(rows, |rows, block| block.forward(rows, level, mode))
     }
 }
 
