@@ -1,6 +1,7 @@
 """Pointcept's own code on partprobe's files, on the CPU.
 
     pointcept.py weights POINTCEPT PARTPROBE WORK   random weights of its PTv3, converted both ways and run on the same tokens
+    pointcept.py loader POINTCEPT FOLDER            a folder of `export pointcept`, read by its own config reader and data set
     pointcept.py unpack CHECKPOINT FILE             a checkpoint (.pth) as a safetensors file, for `weights from-pointcept`
     pointcept.py pack FILE CHECKPOINT               the safetensors file of `weights to-pointcept` as a checkpoint
 
@@ -9,7 +10,9 @@ safetensors, spconv, addict and timm. Exit code 1 if the networks differ by more
 """
 
 import argparse
+import copy
 import importlib
+import json
 import os
 import subprocess
 import sys
@@ -27,7 +30,13 @@ import pointcept_packages
 TOLERANCE = 1e-4
 CURVES = ("z", "z-trans", "hilbert", "hilbert-trans")
 PATCH = 1024
-SETTINGS = ["net.backbone.preset=base", "net.backbone.norm=batch", f"net.backbone.patch={PATCH}", "net.backbone.xcpe_of_skip=true", "tokens.voxels=plain"]
+SETTINGS = [
+    "net.backbone.preset=base",
+    "net.backbone.norm=batch",
+    f"net.backbone.patch={PATCH}",
+    "net.backbone.xcpe_of_skip=true",
+    "tokens.voxels=plain",
+]
 #: Tokens of the shapes that both networks see; with more than PATCH, the finest levels have several patches.
 TOKENS = 2600
 
@@ -124,6 +133,91 @@ def check_weights(checkout, program, work):
     return int(worst > TOLERANCE or bool(missing or changed))
 
 
+# --- An exported folder ----------------------------------------------------------------------------------------------
+
+#: What evaluator and tester of each experiment read from a batch.
+EXPERIMENTS = {
+    "insseg.py": ("InsSegEvaluator", "InsSegTester", {"coord", "grid_coord", "segment", "instance", "instance_centroid",
+                  "bbox", "origin_coord", "origin_segment", "origin_instance", "offset", "origin_offset", "feat", "name"}),
+    "semseg.py": ("SemSegEvaluator", "SemSegTester", {"coord", "grid_coord", "segment", "origin_segment", "inverse",
+                  "offset", "feat"}),
+}
+
+
+def check_loader(checkout, folder):
+    """Reads both experiments with Pointcept's config reader, loads all shapes, and takes a training step."""
+    pointcept_packages.checkout(checkout)
+    importlib.import_module("pointcept.models")
+    importlib.import_module("pointcept.datasets")
+    config_of = importlib.import_module("pointcept.utils.config").Config.fromfile
+    build_dataset = importlib.import_module("pointcept.datasets.builder").build_dataset
+    collate = importlib.import_module("pointcept.datasets.utils").point_collate_fn
+    testers = importlib.import_module("pointcept.engines.test").TESTERS
+    hooks = importlib.import_module("pointcept.engines.hooks.builder").HOOKS
+    split = json.loads((folder / "split.json").read_text())
+    problems = []
+    for file, (evaluator, tester, needed) in EXPERIMENTS.items():
+        config = config_of(str(folder / file))
+        names = [hook.type for hook in config.hooks]
+        problems += [f"{file}: no hook {name}" for name in names if hooks.get(name) is None]
+        if config.test.type != tester or testers.get(tester) is None or evaluator not in names:
+            problems.append(f"{file}: evaluator or tester does not fit: {names}, {config.test.type}")
+        counts = {}
+        for side in ("train", "val", "test"):
+            dataset = build_dataset(config.data[side])
+            counts[side] = len(dataset)
+            if len(dataset) != len(split[side]):
+                problems.append(f"{file}: {len(dataset)} shapes in {side}, and split.json names {len(split[side])}")
+            for idx in range(len(dataset)):
+                problems += [f"{file}, {side}: {problem}" for problem in sample_problems(dataset[idx], config)]
+        batch = collate([build_dataset(config.data.val)[0]], mix_prob=0)
+        problems += [f"{file}: the evaluator needs {key}" for key in sorted(needed - set(batch))]
+        print(f"{file}: {counts}, {config.model.type}, {evaluator}, {tester}, {training_step(config, build_dataset, collate)}")
+    print("\n".join(problems) or "no problems")
+    return int(bool(problems))
+
+
+def sample_problems(sample, config):
+    """What is wrong with one shape behind the transforms."""
+    if "fragment_list" in sample:
+        n = sum(len(fragment["index"]) for fragment in sample["fragment_list"])
+        is_whole = n >= len(sample["segment"])
+        return [] if is_whole else [f"fragments hold {n} of {len(sample['segment'])} points"]
+    found = []
+    n = len(sample["coord"])
+    if sample["feat"].shape != (n, config.model.backbone.in_channels):
+        found.append(f"features {tuple(sample['feat'].shape)}")
+    if not (-1 <= int(sample["segment"].min()) and int(sample["segment"].max()) < config.data.num_classes):
+        found.append("a class that the config does not have")
+    if "instance" in sample and int(sample["instance"].max()) + 1 != len(sample["bbox"]):
+        found.append("instances and boxes differ in number")
+    return found
+
+
+def training_step(config, build_dataset, collate):
+    """One update of the config's model on two shapes, with a smaller backbone, since this is a CPU."""
+    models = importlib.import_module("pointcept.models.builder").MODELS
+    model_config = copy.deepcopy(config.model)
+    small = dict(enc_depths=(1,) * 5, dec_depths=(1,) * 4, enc_patch_size=(256,) * 5, dec_patch_size=(256,) * 4)
+    model_config.backbone.update(small)
+    torch.manual_seed(0)
+    model = models.build(model_config).train()
+    dataset = build_dataset(config.data.train)
+    batch = collate([dataset[idx % len(dataset)] for idx in range(2)], mix_prob=0)
+    optimizer = torch.optim.AdamW(model.parameters(), lr=1e-3)
+    losses = []
+    for _ in range(2):
+        loss = model(dict(batch))["loss"]
+        optimizer.zero_grad()
+        loss.backward()
+        optimizer.step()
+        losses.append(loss.item())
+    return f"losses of two updates {losses[0]:.3f} and {losses[1]:.3f}"
+
+
+# --- Checkpoints ------------------------------------------------------------------------------------------------------
+
+
 def unpack(checkpoint, file):
     """Reads tensors only: other objects in the checkpoint are refused by torch."""
     state = torch.load(checkpoint, map_location="cpu", weights_only=True)
@@ -142,6 +236,7 @@ def pack(file, checkpoint):
 
 VERBS = {
     "weights": (check_weights, ("pointcept", "partprobe", "work")),
+    "loader": (check_loader, ("pointcept", "folder")),
     "unpack": (unpack, ("checkpoint", "file")),
     "pack": (pack, ("file", "checkpoint")),
 }

@@ -49,7 +49,8 @@ pub fn pointcept_experiments() -> [(&'static str, String); 3] {
         include_str!("experiment/semseg.py"),
         include_str!("experiment/README.md"),
     ];
-    let [insseg, semseg, readme] = texts.map(|text| text.replace("N_CLASSES", &FaceType::ALL.len().to_string()));
+    let [insseg, semseg, readme] =
+        texts.map(|text| text.replace("N_CLASSES", &FaceType::ALL.len().to_string()));
     let [a, b, c] = POINTCEPT_EXPERIMENTS;
     [(a, insseg), (b, semseg), (c, readme)]
 }
@@ -144,8 +145,18 @@ mod tests {
     fn each_experiment_names_the_tester_of_its_model() {
         let [(_, insseg), (_, semseg), (_, readme)] = pointcept_experiments();
         for (config, names) in [
-            (insseg, ["\"PG-v1m2\"", "\"InsSegEvaluator\"", "\"InsSegTester\""]),
-            (semseg, ["\"DefaultSegmentorV2\"", "\"SemSegEvaluator\"", "\"SemSegTester\""]),
+            (
+                insseg,
+                ["\"PG-v1m2\"", "\"InsSegEvaluator\"", "\"InsSegTester\""],
+            ),
+            (
+                semseg,
+                [
+                    "\"DefaultSegmentorV2\"",
+                    "\"SemSegEvaluator\"",
+                    "\"SemSegTester\"",
+                ],
+            ),
         ] {
             for name in names {
                 assert_eq!(config.matches(name).count(), 1, "{name}");
