@@ -7,7 +7,7 @@ program := build / "release/partprobe"
 occt := build / "occt/bin/python"
 torch := build / "torch/bin/python"
 torch_packages := "numpy safetensors torch --extra-index-url https://download.pytorch.org/whl/cpu"
-pointcept_packages := "numpy scipy safetensors spconv addict timm torchvision pillow tqdm termcolor yapf einops torch --extra-index-url https://download.pytorch.org/whl/cpu"
+pointcept_packages := "'numpy<2.4' scipy safetensors spconv addict timm torchvision pillow tqdm termcolor yapf einops torch --extra-index-url https://download.pytorch.org/whl/cpu"
 
 default:
     @just --list

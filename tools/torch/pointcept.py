@@ -204,6 +204,8 @@ def training_step(config, build_dataset, collate):
     model = models.build(model_config).train()
     dataset = build_dataset(config.data.train)
     batch = collate([dataset[idx % len(dataset)] for idx in range(2)], mix_prob=0)
+    # Without a GPU, spconv's backward pass still asks for a CUDA stream, and does not use it.
+    importlib.import_module("spconv.pytorch.ops").get_current_stream = lambda: 0
     optimizer = torch.optim.AdamW(model.parameters(), lr=1e-3)
     losses = []
     for _ in range(2):
