@@ -7,6 +7,7 @@ program := build / "release/partprobe"
 occt := build / "occt/bin/python"
 torch := build / "torch/bin/python"
 torch_packages := "numpy safetensors torch --extra-index-url https://download.pytorch.org/whl/cpu"
+pointcept_packages := "'numpy<2.4' scipy safetensors spconv addict timm torchvision pillow tqdm termcolor yapf einops torch --extra-index-url https://download.pytorch.org/whl/cpu"
 
 default:
     @just --list
@@ -105,6 +106,15 @@ check-mesh-sources *files: (_venv "mesh_sources" "numpy cgal cgal-pybind libigl=
 prove-partfield partfield dataset out: (_venv "partfield" "numpy scipy scikit-learn trimesh networkx plyfile 'matplotlib<3.9' open3d-cpu")
     cargo build --release
     "{{build}}/partfield/bin/python" tools/partfield/prove.py {{partfield}} "{{program}}" {{dataset}} {{out}}
+
+# Pointcept's own PTv3 against ours with the same weights: just prove-pointcept POINTCEPT (its checkout; installs torch and spconv)
+prove-pointcept checkout: (_venv "pointcept" pointcept_packages)
+    cargo build --release
+    "{{build}}/pointcept/bin/python" tools/torch/pointcept.py weights {{checkout}} "{{program}}" "{{build}}/pointcept/work"
+
+# A folder of `export pointcept` read by Pointcept's own code: just prove-pointcept-loader POINTCEPT FOLDER (its checkout)
+prove-pointcept-loader checkout folder: (_venv "pointcept" pointcept_packages)
+    "{{build}}/pointcept/bin/python" tools/torch/pointcept.py loader {{checkout}} {{folder}}
 
 # Exported tables and tar files, read by pandas, polars, DuckDB, datasets and webdataset, which pip installs.
 check-parquet:

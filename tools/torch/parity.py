@@ -69,6 +69,7 @@ def backbone_of(config):
     if config["type"] == "ptx":
         return twin.ptx(config["preset"], config["norm"])
     switches = {name: config[name] for name in ("norm", "xcpe", "attention")}
+    switches["xcpe_of_skip"] = config.get("xcpe_of_skip", False)
     return twin.ptv3(twin.PRESETS[config["preset"]], **switches)
 
 
@@ -152,6 +153,7 @@ CASES = {
     "micro": ["preset=micro"],
     "micro-batch-norm": ["preset=micro", "norm=batch"],
     "micro-two-orders": ["preset=micro", 'orders=["hilbert", "z-trans"]', "patch=48"],
+    "micro-xcpe-of-skip": ["preset=micro", "norm=batch", "xcpe_of_skip=true"],
     "micro-no-xcpe": ["preset=micro", "xcpe=false"],
     "micro-no-attention": ["preset=micro", "attention=false"],
     "tiny": ["preset=tiny"],

@@ -301,15 +301,16 @@ class Mlp(nn.Module):
 class Block(nn.Module):
     """xCPE, patch attention and perceptron, each added to what came in."""
 
-    def __init__(self, width, turn, xcpe=True, attention=True, conv="gather", mix="sdpa"):
+    def __init__(self, width, turn, xcpe=True, attention=True, xcpe_of_skip=False, conv="gather", mix="sdpa"):
         super().__init__()
+        self.xcpe_of_skip = xcpe_of_skip
         self.xcpe = Xcpe(width, conv) if xcpe else None
         self.attention = Attention(width, turn, mix) if attention else None
         self.mlp = Mlp(width)
 
-    def forward(self, rows, level):
+    def forward(self, rows, level, skip=None):
         if self.xcpe is not None:
-            rows = rows + self.xcpe(rows, level)
+            rows = rows + self.xcpe(rows if skip is None or not self.xcpe_of_skip else skip, level)
         if self.attention is not None:
             rows = rows + self.attention(rows, level)
         return rows + self.mlp(rows)
@@ -448,7 +449,7 @@ class LiteptBlock(nn.Module):
         self.xcpe = Xcpe(width, conv) if stage < n_convolutions else None
         self.attention = None if stage < n_convolutions else LiteptAttention(width, turn, mix)
 
-    def forward(self, rows, level):
+    def forward(self, rows, level, _skip=None):
         return rows + self.xcpe(rows, level) if self.attention is None else self.attention(rows, level)
 
 
@@ -473,7 +474,7 @@ class PtxBlock(nn.Module):
         self.attention = RotaryAttention(width, turn, HEAD_DIM, True, mix)
         self.mlp = SquaredMlp(width)
 
-    def forward(self, rows, level):
+    def forward(self, rows, level, _skip=None):
         rows = rows + self.attention(rows, level)
         return rows + self.mlp(rows)
 
@@ -521,9 +522,10 @@ class UNet(nn.Module):
                 rows = block(rows, level)
             skips.append(rows)
         for stage, skip, level in zip(self.decoder, skips[-2::-1], levels[-2::-1]):
-            rows = stage.child(rows).index_select(0, level.cluster) + stage.skip(skip)
-            for block in stage.blocks:
-                rows = block(rows, level)
+            skip = stage.skip(skip)
+            rows = stage.child(rows).index_select(0, level.cluster) + skip
+            for idx, block in enumerate(stage.blocks):
+                rows = block(rows, level, skip if idx == 0 else None)
         return rows
 
 

@@ -35,7 +35,7 @@ const GROUPS: [(&str, &[&str]); 8] = [
     ),
     (
         "Exchange with other programs",
-        &["export", "check", "render"],
+        &["export", "check", "weights", "render"],
     ),
     (
         "Release labels without geometry",

@@ -298,6 +298,14 @@ fn points_know_class_and_instance() {
         "left out",
     );
     check(path, "check pointcept pc", 0, " 0 problems");
+    for (file, tester) in [
+        ("insseg.py", "InsSegTester"),
+        ("semseg.py", "SemSegTester"),
+        ("README.md", "tools/train.py"),
+    ] {
+        let text = fs::read_to_string(path.join("pc").join(file)).unwrap();
+        assert!(text.contains(tester), "{file}");
+    }
     let split: Value =
         serde_json::from_slice(&fs::read(path.join("pc/split.json")).unwrap()).unwrap();
     for line in lines(&path.join("pc/shapes.jsonl"))

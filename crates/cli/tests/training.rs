@@ -426,3 +426,101 @@ fn anything_with_a_surface_or_points_is_embedded() {
         1,
     );
 }
+
+#[test]
+fn frozen_parts_keep_their_bytes_and_others_change() {
+    let fixture = Fixture::new();
+    let start = "first/checkpoints/step-parts-0/model.safetensors";
+    let freeze = r#"train.freeze=["stem", "encoder.0"]"#;
+    assert_code(
+        &fixture.train("tuned", &["--init", start, "--set", freeze]),
+        0,
+    );
+    let (before, after) = (
+        tensors(&fixture.weights("first")),
+        tensors(&fixture.weights("tuned")),
+    );
+    assert!(before.len() > 10 && before.len() == after.len());
+    for (name, bytes) in &before {
+        let is_frozen = ["backbone.stem.", "backbone.encoder.0."]
+            .iter()
+            .any(|part| name.starts_with(part));
+        assert_eq!(&after[name] == bytes, is_frozen, "{name}");
+    }
+    let output = fixture.train("misspelt", &["--set", r#"train.freeze=["encodr.0"]"#]);
+    assert_code(&output, 2);
+    let told = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(
+        told.contains("no part `encodr.0`; did you mean `encoder.0`?"),
+        "{told}"
+    );
+    assert!(!fixture.path("misspelt").exists());
+}
+
+/// The bytes of each tensor of a safetensors file: a length, a JSON header of that length, and the data.
+fn tensors(file: &[u8]) -> std::collections::BTreeMap<String, Vec<u8>> {
+    let length = u64::from_le_bytes(file[..8].try_into().unwrap()) as usize;
+    let (header, data) = file[8..].split_at(length);
+    let header: serde_json::Map<String, serde_json::Value> =
+        serde_json::from_slice(header).unwrap();
+    let entries = header
+        .into_iter()
+        .filter(|(name, _)| name != "__metadata__");
+    entries
+        .map(|(name, entry)| {
+            let at = |idx: usize| entry["data_offsets"][idx].as_u64().unwrap() as usize;
+            (name, data[at(0)..at(1)].to_vec())
+        })
+        .collect()
+}
+
+#[test]
+fn a_longer_training_has_the_bytes_of_one_of_that_length() {
+    let fixture = Fixture::new();
+    for (name, first, then) in [
+        ("constant", r#"{type="constant"}"#, r#"{type="constant"}"#),
+        (
+            "trapezoid",
+            r#"{type="trapezoid", warmup_steps=2, cooldown_steps=0}"#,
+            r#"{type="trapezoid", warmup_steps=2, cooldown_steps=3}"#,
+        ),
+    ] {
+        let schedule = |text: &str| format!("optim.schedule={text}");
+        let (first, then) = (schedule(first), schedule(then));
+        assert_code(&fixture.train(name, &["--set", &first]), 0);
+        let short = fixture.weights(name);
+        let longer = ["--set", &then, "--set", "train.steps=9"];
+        assert_code(
+            &fixture.train(name, &[&longer[..], &["--resume"]].concat()),
+            0,
+        );
+        let through = format!("{name}-through");
+        assert_code(&fixture.train(&through, &longer), 0);
+        assert!(fixture.weights(name) == fixture.weights(&through), "{name}");
+        assert!(fixture.weights(name) != short, "{name}");
+        let back = fixture.train(
+            name,
+            &["--set", &then, "--set", "train.steps=6", "--resume"],
+        );
+        assert_code(&back, 2);
+    }
+}
+
+#[test]
+fn a_schedule_that_spans_all_steps_is_not_made_longer() {
+    let fixture = Fixture::new();
+    let before = fixture.weights("first");
+    assert_code(&fixture.train("mine", &[]), 0);
+    let output = fixture.train("mine", &["--resume", "--set", "train.steps=9"]);
+    assert_code(&output, 2);
+    let told = String::from_utf8_lossy(&output.stderr).into_owned();
+    for text in [
+        "train.steps is 6, not 9",
+        "spans all of train.steps",
+        "--init",
+    ] {
+        assert!(told.contains(text), "{told}");
+    }
+    assert!(fixture.weights("mine") == before);
+    assert_code(&fixture.train("mine", &["--resume"]), 0);
+}

@@ -93,6 +93,9 @@ pub use point_sample::{
     SampleFileError, SampleLabels, sample_from_npz, sample_to_npz, sample_with_attributes_to_npz,
 };
 pub use pointcept::check::{PointceptProblem, check_pointcept_shape};
-pub use pointcept::folder::{POINTCEPT_FILES, pointcept_config, pointcept_files};
+pub use pointcept::folder::{
+    POINTCEPT_EXPERIMENTS, POINTCEPT_FILES, pointcept_config, pointcept_experiments,
+    pointcept_files,
+};
 pub use tensorboard::{TensorboardEvent, tensorboard_record};
 pub use webdataset::{WebdatasetWriter, webdataset_keys};

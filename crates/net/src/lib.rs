@@ -45,6 +45,7 @@ mod data;
 mod kernels;
 mod model;
 mod parity;
+mod pointcept;
 #[cfg(test)]
 mod testing;
 mod training;
@@ -68,6 +69,9 @@ pub use model::trained_on::{InitialWeights, ShapeKeys, TrainedOn};
 pub use model::weights::{ModelFile, WeightsError};
 pub use model::{EmbedError, Model, ParameterCount, PreparedTokens};
 pub use parity::{ParityError, tokens_file};
+pub use pointcept::{
+    FromPointcept, PointceptError, PointceptState, from_pointcept, pointcept_backbone, to_pointcept,
+};
 pub use training::checkpoint::ResumeError;
 pub use training::loss::LossTerms;
 pub use training::{

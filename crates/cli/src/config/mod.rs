@@ -23,6 +23,8 @@ pub(crate) use endpoint::{EndpointConfig, EndpointNormals, EndpointShapes};
 pub(crate) use merge::{LoadedConfig, load, shipped, shipped_names};
 pub(crate) use metric_name::MetricName;
 #[cfg(feature = "train")]
+pub(crate) use problem::nearest;
+#[cfg(feature = "train")]
 pub(crate) use settings::overrides_of_preparation;
 pub(crate) use settings::{
     Attribute, Config, DataSource, Emit, EvalConfig, Keep, LabelConfig, NormalConfig, SampleConfig,

@@ -136,7 +136,7 @@ fn plain_words(message: &str) -> String {
 }
 
 /// The name that is most like another, if it is like it at all; otherwise one that begins with it.
-pub(super) fn nearest<'a>(name: &str, names: &[&'a str]) -> Option<&'a str> {
+pub(crate) fn nearest<'a>(name: &str, names: &[&'a str]) -> Option<&'a str> {
     alike(name, names).or_else(|| longer(name, names))
 }
 

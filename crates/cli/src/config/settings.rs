@@ -220,6 +220,9 @@ pub(crate) struct TrainTable {
     /// The file of weights that a training starts from; `{source}` and `{seed}` stand for those of the training.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) init: Option<String>,
+    /// The parts of the network that keep their weights.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(crate) freeze: Vec<String>,
     /// Runs of earlier versions hold the key; a training with a fault is started by `--inject-fault`.
     #[serde(default, rename = "sabotage", skip_serializing)]
     pub(crate) fault: NoFault,

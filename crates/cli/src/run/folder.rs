@@ -1,6 +1,7 @@
 //! Names the files of a run folder, and says who may write to it.
 
 use super::damaged_json::damaged_json;
+use super::longer::{ensure_longer, is_of_length};
 use crate::config::{Config, differences, listed};
 use crate::usage::UsageError;
 use anyhow::{Context, Result, bail, ensure};
@@ -114,6 +115,17 @@ impl RunFolder {
             key.starts_with("data.") || (key.starts_with("sources.") && key.ends_with(".path"))
         };
         differing.retain(|difference| !is_place(&difference.key));
+        if !differing.is_empty()
+            && differing
+                .iter()
+                .all(|difference| is_of_length(&difference.key))
+        {
+            let config: Config = toml::from_str(merged_config)?;
+            ensure_longer(&stored, &config, &differing).with_context(|| {
+                format!("{} was started with another config", self.root.display())
+            })?;
+            return self.write("config.toml", merged_config.as_bytes());
+        }
         ensure!(
             differing.is_empty(),
             UsageError(format!(
@@ -288,10 +300,11 @@ mod tests {
         let root = tempfile::tempdir().unwrap();
         let config = |set: &str| load("smoke", &[set.to_owned()]).unwrap().merged;
         drop(RunFolder::open(root.path(), &config("train.steps=3"), false).unwrap());
-        let told = RunFolder::open(root.path(), &config("train.steps=4"), true)
-            .unwrap_err()
-            .to_string();
+        let told = RunFolder::open(root.path(), &config("train.steps=4"), true).unwrap_err();
+        let told = format!("{told:#}");
         assert!(told.contains("train.steps is 3, not 4"), "{told}");
+        assert!(told.contains("spans all of train.steps"), "{told}");
+        assert!(told.contains("--init"), "{told}");
         assert!(RunFolder::open(root.path(), &config("train.steps=3"), true).is_ok());
     }
 

@@ -10,6 +10,9 @@ use partprobe_carrier::sha256_hex;
 use partprobe_net::{Backend, InitialWeights, Model, ModelFile};
 use std::fs;
 
+/// The supervision of weights that learned something else than parts. Every source of a comparison may start from them.
+pub(crate) const FOREIGN_SUPERVISION: &str = "pointcept";
+
 /// Weights from another run.
 pub(super) struct LoadedWeights {
     pub(super) model: Model,
@@ -36,10 +39,14 @@ pub(super) fn initial_weights(
     file.ensure_network(&config.net).with_context(context)?;
 
     let trained_on = file.trained_on.with_context(|| {
-        format!("train.init: {path} does not say on which shapes it was trained, so a test shape may be among them")
+        format!(
+            "train.init: {path} does not say on which shapes it was trained, so a test shape may be among them; if it came \
+             from Pointcept and has seen none of your shapes, convert it with --unseen"
+        )
     })?;
     ensure!(
-        config.compare.supervision.len() == 1 || trained_on.supervision == supervision,
+        config.compare.supervision.len() == 1
+            || [supervision, FOREIGN_SUPERVISION].contains(&trained_on.supervision.as_str()),
         "train.init: {path} was trained on `{}`, and would start a training on `{supervision}`; each source of a \
          comparison must start from its own weights: write {{source}} in the path",
         trained_on.supervision

@@ -12,7 +12,7 @@ use super::held_out::{HeldOut, ensure_trained_here};
 use super::scoring_place::{Boundaries, ScoringPlace};
 use super::shapes::{Points, Shape};
 use super::training_args::TrainingArgs;
-use super::training_job::TrainingJob;
+use super::training_job::{TrainingJob, TrainingRecord};
 use super::weights::weights_path;
 use crate::config::Config;
 use anyhow::{Context, Result, ensure};
@@ -96,7 +96,10 @@ impl<'a> Run<'a> {
     ) -> Result<()> {
         let data = self.data.training_data()?;
         let weights = self.folder.path(&weights_path(supervision, seed));
-        if weights.exists() {
+        let record = TrainingRecord::read(self.folder, supervision, seed)?;
+        let n_steps = self.config.train.n_steps(self.data.train.n());
+        let is_shorter = |record: TrainingRecord| record.steps < n_steps && !record.stopped_early;
+        if weights.exists() && !record.is_some_and(is_shorter) {
             let names = (supervision, seed);
             return ensure_trained_here(self.folder, names, &data, self.execution.backend);
         }

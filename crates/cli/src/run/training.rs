@@ -4,6 +4,7 @@
 use super::held_out::ensure_unseen;
 use super::initial_weights::{LoadedWeights, initial_weights};
 use super::loading::{LoadedBatches, LoadingClocks, LoadingPlan, with_loaders};
+use super::longer::is_of_length;
 use super::nonfinite::dump;
 use super::observer::RunObserver;
 use super::shapes::Shape;
@@ -131,7 +132,8 @@ impl TrainingJob<'_> {
         let path = self.folder.path(&relative);
         let resumed = Training::resume(&self.folder.read(&relative)?, self.execution.backend);
         let resumed = resumed.with_context(|| format!("resuming from {}", path.display()))?;
-        let differing = differences(resumed.settings(), settings);
+        let mut differing = differences(resumed.settings(), settings);
+        differing.retain(|difference| !is_of_length(&difference.key));
         ensure!(
             differing.is_empty(),
             "{} was written with other settings: {}; choose another --out",
@@ -144,7 +146,9 @@ impl TrainingJob<'_> {
              choose another --out",
             path.display()
         );
-        Ok(resumed)
+        resumed
+            .extended(settings)
+            .with_context(|| format!("resuming from {}", path.display()))
     }
 
     /// Keeps an update whose numbers are not finite, so that it can be made again.

@@ -14,6 +14,10 @@ pub(crate) struct TrainingArgs {
     /// memory; the numbers stay the same.
     #[arg(long)]
     resample: bool,
+    /// Start from these weights instead of random ones: short for --set 'train.init="WEIGHTS"'. `{source}` and `{seed}` in it
+    /// stand for those of the training.
+    #[arg(long, value_name = "WEIGHTS")]
+    init: Option<String>,
     /// Stop each training after this many minutes, as Ctrl-C would: it leaves a checkpoint, and --resume continues.
     #[arg(long, value_name = "MINUTES", value_parser = minutes)]
     stop_after: Option<Duration>,
@@ -30,6 +34,13 @@ impl TrainingArgs {
         } else {
             Points::Kept
         }
+    }
+
+    /// The overrides of the config that these arguments mean, after those of the user.
+    pub(crate) fn overrides(&self, set: &[String]) -> Vec<String> {
+        let init = self.init.iter();
+        let init = init.map(|path| format!("train.init={}", toml::Value::from(path.as_str())));
+        set.iter().cloned().chain(init).collect()
     }
 
     /// When to stop with a checkpoint.

@@ -45,6 +45,7 @@ pub(crate) fn train_settings(config: &Config, n_shapes: usize, seed: u64) -> Tra
             batch_shapes: config.train.batch_shapes,
             accumulate: config.train.accumulate,
             seed,
+            freeze: config.train.freeze.clone(),
             fault: config.train.fault,
         },
     }

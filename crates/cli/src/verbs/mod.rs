@@ -48,6 +48,8 @@ mod train;
 #[cfg(feature = "train")]
 mod verdict;
 mod verify;
+#[cfg(feature = "train")]
+mod weights;
 
 use crate::label::{WorkerArgs, worker};
 use anyhow::Result;
@@ -101,6 +103,8 @@ pub(crate) enum Verb {
     Bench(bench::BenchArgs),
     #[cfg(feature = "train")]
     Models(models::ModelsArgs),
+    #[cfg(feature = "train")]
+    Weights(weights::WeightsArgs),
     Sources(sources::SourcesArgs),
     Config(config::ConfigArgs),
     Completions(completions::CompletionsArgs),
@@ -164,6 +168,8 @@ impl Verb {
             Self::Bench(args) => bench::bench(args).map(done),
             #[cfg(feature = "train")]
             Self::Models(args) => models::models(args).map(done),
+            #[cfg(feature = "train")]
+            Self::Weights(args) => weights::weights(args).map(done),
             Self::Sources(args) => sources::sources(args).map(done),
             Self::Config(args) => config::config(args).map(done),
             Self::Completions(args) => completions::completions(args).map(done),

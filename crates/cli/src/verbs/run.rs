@@ -4,7 +4,8 @@ use crate::config::{Config, DataSource, load};
 use crate::label::{LabelJob, label_paths};
 use crate::run::{
     Execution, ExecutionArgs, Run, RunFolder, RunRecord, TrainingArgs, checked_expectations,
-    ensure_settings_of, named_sources, remember_data, settings_of, today, with_data,
+    ensure_frozen_parts, ensure_settings_of, named_sources, remember_data, settings_of, today,
+    with_data,
 };
 use crate::usage::{UsageError, as_usage_error};
 use crate::verbs::synth::write_parts;
@@ -68,11 +69,13 @@ impl RunArgs {
 /// # Errors
 /// If a stage fails; what is done stays in the run folder, and `--resume` continues from there.
 pub(crate) fn run(args: &RunArgs) -> Result<ExitCode> {
-    let loaded = load(&args.config, &args.execution.set)?;
+    let set = args.training.overrides(&args.execution.set);
+    let loaded = load(&args.config, &set)?;
+    ensure_frozen_parts(&loaded.config)?;
     named_sources(&loaded.config).map_err(as_usage_error)?;
     checked_expectations(&loaded.config).map_err(as_usage_error)?;
     let data = given_data(args, &loaded.config)?;
-    let loaded = with_data(&data, loaded, &args.config, &args.execution.set)?;
+    let loaded = with_data(&data, loaded, &args.config, &set)?;
     let data_set = match data.as_slice() {
         [path] if Dataset::is_at(path) => Some(settings_of(path)?),
         _ => None,

@@ -2,8 +2,8 @@
 
 use crate::config::load;
 use crate::run::{
-    Execution, ExecutionArgs, Run, RunFolder, RunRecord, TrainingArgs, remember_data, settings_of,
-    weights_path, with_data,
+    Execution, ExecutionArgs, Run, RunFolder, RunRecord, TrainingArgs, ensure_frozen_parts,
+    remember_data, settings_of, weights_path, with_data,
 };
 use crate::stdout::print_result;
 use crate::usage::UsageError;
@@ -16,7 +16,8 @@ use std::process::ExitCode;
 #[derive(Clone, Debug, clap::Args)]
 #[command(
     after_help = "Example: partprobe train abc-small --data carriers/ --supervision step-parts --out runs/mine
-Train the second source into the same folder with --resume, then `partprobe eval runs/mine`."
+Train the second source into the same folder with --resume, then `partprobe eval runs/mine`.
+--resume --set train.steps=N makes a finished training longer, if its schedule allows it."
 )]
 pub(crate) struct TrainArgs {
     /// A shipped config (base, smoke, abc-small, pointnet) or a TOML file.
@@ -45,8 +46,10 @@ pub(crate) struct TrainArgs {
 /// # Errors
 /// If the data set cannot be read, or training fails; the last checkpoint stays.
 pub(crate) fn train(args: &TrainArgs) -> Result<ExitCode> {
-    let loaded = load(&args.config, &args.execution.set)?;
+    let set = args.training.overrides(&args.execution.set);
+    let loaded = load(&args.config, &set)?;
     loaded.config.ensure_point_probe()?;
+    ensure_frozen_parts(&loaded.config)?;
     let known = &loaded.config.compare.supervision;
     ensure!(
         known.contains(&args.supervision),
@@ -58,12 +61,7 @@ pub(crate) fn train(args: &TrainArgs) -> Result<ExitCode> {
     );
     // Before the folder is made: a mistyped path must not leave one behind.
     let dataset = Dataset::open(&args.data)?;
-    let loaded = with_data(
-        std::slice::from_ref(&args.data),
-        loaded,
-        &args.config,
-        &args.execution.set,
-    )?;
+    let loaded = with_data(std::slice::from_ref(&args.data), loaded, &args.config, &set)?;
     let config = &loaded.config;
     let execution = Execution::new(&args.execution)?;
     let folder = RunFolder::open(&args.out, &loaded.merged, args.resume)?;

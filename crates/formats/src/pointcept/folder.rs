@@ -38,10 +38,27 @@ pub fn pointcept_config() -> String {
         .replace("N_CLASSES", &names.len().to_string())
 }
 
+/// The files of whole experiments on the folder, by name: two configs of Pointcept, and how to run them.
+pub const POINTCEPT_EXPERIMENTS: [&str; 3] = ["insseg.py", "semseg.py", "README.md"];
+
+/// The texts of [`POINTCEPT_EXPERIMENTS`]. Each config names the evaluator and the tester that fit its model.
+#[must_use]
+pub fn pointcept_experiments() -> [(&'static str, String); 3] {
+    let texts = [
+        include_str!("experiment/insseg.py"),
+        include_str!("experiment/semseg.py"),
+        include_str!("experiment/README.md"),
+    ];
+    let [insseg, semseg, readme] =
+        texts.map(|text| text.replace("N_CLASSES", &FaceType::ALL.len().to_string()));
+    let [a, b, c] = POINTCEPT_EXPERIMENTS;
+    [(a, insseg), (b, semseg), (c, readme)]
+}
+
 /// `{{ fileDirname }}` is replaced by Pointcept when it reads the file.
-const CONFIG: &str = r#"# The data section of a Pointcept config. An experiment says, with the path to this file,
+const CONFIG: &str = r#"# The data section of a Pointcept config; insseg.py and semseg.py in this folder are experiments with it. Another one says,
 #     _base_ = ["../_base_/default_runtime.py", "/path/to/pointcept_data.py"]
-# and then its own model, optimizer and scheduler. Input features: 6 channels (position, normal).
+# with the path to this file, and then its own model, optimizer and scheduler. Input features: 6 channels (position, normal).
 # `segment` is the primitive type of a part, `instance` the part.
 
 class_names = [CLASS_NAMES]
@@ -122,6 +139,31 @@ mod tests {
         assert_eq!(shapes, [&[5, 3][..], &[5, 3], &[5], &[5]]);
         assert_eq!(arrays[3].values(), &Values::I32(vec![0, 0, 1, 1, -1]));
         assert_eq!(arrays[0].values().type_name(), "float32");
+    }
+
+    #[test]
+    fn each_experiment_names_the_tester_of_its_model() {
+        let [(_, insseg), (_, semseg), (_, readme)] = pointcept_experiments();
+        for (config, names) in [
+            (
+                insseg,
+                ["\"PG-v1m2\"", "\"InsSegEvaluator\"", "\"InsSegTester\""],
+            ),
+            (
+                semseg,
+                [
+                    "\"DefaultSegmentorV2\"",
+                    "\"SemSegEvaluator\"",
+                    "\"SemSegTester\"",
+                ],
+            ),
+        ] {
+            for name in names {
+                assert_eq!(config.matches(name).count(), 1, "{name}");
+                assert!(readme.contains(name.trim_matches('"')), "{name}");
+            }
+            assert!(config.contains("num_classes=11,") && !config.contains("N_CLASSES"));
+        }
     }
 
     #[test]

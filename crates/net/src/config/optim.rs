@@ -54,6 +54,14 @@ pub enum ScheduleConfig {
     },
     /// The same learning rate at each step.
     Constant,
+    /// A straight line up, the same learning rate for as long as needed, and a straight line down at the end. The lines
+    /// have their own lengths, so that a training without a line down can be made longer.
+    Trapezoid {
+        /// Steps that go up.
+        warmup_steps: usize,
+        /// Steps at the end that go down towards 0.
+        cooldown_steps: usize,
+    },
 }
 
 impl Default for ScheduleConfig {
@@ -131,7 +139,7 @@ impl ScheduleConfig {
                     "must be from 0 to 1",
                 )
             }
-            Self::Constant => Ok(()),
+            Self::Constant | Self::Trapezoid { .. } => Ok(()),
         }
     }
 }

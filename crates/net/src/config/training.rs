@@ -15,6 +15,9 @@ pub struct TrainConfig {
     pub accumulate: usize,
     /// Seed of the initial weights, the order of the shapes, the serialization and the augmentation.
     pub seed: u64,
+    /// The parts of the network that keep their weights: beginnings of parameter names, for example `encoder.0`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub freeze: Vec<String>,
     /// Always [`NoFault::None`]; checkpoints hold the key.
     #[serde(default, rename = "sabotage")]
     pub fault: NoFault,
@@ -28,12 +31,25 @@ impl Default for TrainConfig {
             batch_shapes: 4,
             accumulate: 1,
             seed: 0,
+            freeze: Vec::new(),
             fault: NoFault::None,
         }
     }
 }
 
 impl TrainConfig {
+    /// Whether a parameter keeps its weights. The word `backbone` at the beginning of its name may be left out.
+    #[must_use]
+    pub fn freezes(&self, parameter: &str) -> bool {
+        let below = parameter.strip_prefix("backbone.").unwrap_or(parameter);
+        let is_of = |part: &str, name: &str| {
+            name.strip_prefix(part)
+                .is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+        };
+        let frozen = |part: &String| is_of(part, parameter) || is_of(part, below);
+        self.freeze.iter().any(frozen)
+    }
+
     /// Shapes of an update.
     #[must_use]
     pub fn update_shapes(&self) -> usize {

@@ -28,6 +28,16 @@ impl Curve {
     /// Every curve, in PTv3's order.
     pub const ALL: [Self; 4] = [Self::Z, Self::ZTrans, Self::Hilbert, Self::HilbertTrans];
 
+    /// The name that a config file and Pointcept use.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Z => "z",
+            Self::ZTrans => "z-trans",
+            Self::Hilbert => "hilbert",
+            Self::HilbertTrans => "hilbert-trans",
+        }
+    }
+
     /// The index of `cell` along the curve through a grid of 2^`depth` cells per side.
     pub(crate) fn code(self, [x, y, z]: Cell, depth: u32) -> u64 {
         match self {

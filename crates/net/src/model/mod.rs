@@ -118,6 +118,22 @@ impl Model {
         })
     }
 
+    /// The names of the parts of a network that `train.freeze` can name, without `backbone`.
+    ///
+    /// # Errors
+    /// If the config holds a size that no network can have.
+    pub fn part_names(config: &NetConfig) -> Result<Vec<String>, ConfigError> {
+        let blank = Self::blank(config, Backend::default())?;
+        let mut names = std::collections::BTreeSet::new();
+        for shape in parameters::shapes(&blank.network) {
+            let name = shape.name.strip_prefix("backbone.").unwrap_or(&shape.name);
+            let ends = name.match_indices('.').map(|(end, _)| end);
+            names.extend(ends.map(|end| name[..end].to_owned()));
+            names.insert(name.to_owned());
+        }
+        Ok(names.into_iter().collect())
+    }
+
     /// Parameters of the backbone, without the head.
     #[must_use]
     pub fn n_parameters(&self) -> usize {
@@ -342,11 +358,12 @@ mod tests {
             .map(|width| 4 * width * width + 6 * width)
             .sum();
         type Change = fn(&mut Ptv3Config);
-        let cases: [(usize, Change); 4] = [
+        let cases: [(usize, Change); 5] = [
             (xcpe, |ptv3| ptv3.xcpe = false),
             (attention, |ptv3| ptv3.attention = false),
             (0, |ptv3| ptv3.orders = vec![Curve::Hilbert]),
             (0, |ptv3| ptv3.patch = 8),
+            (0, |ptv3| ptv3.xcpe_of_skip = true),
         ];
         for (less, change) in cases {
             let model = Model::init(&net_with(change), 1, Backend::Flex).unwrap();

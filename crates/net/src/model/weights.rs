@@ -55,12 +55,7 @@ pub(crate) struct TensorFile<T> {
 
 impl<T: Serialize + for<'a> Deserialize<'a>> TensorFile<T> {
     pub(crate) fn to_bytes(&self) -> Result<Vec<u8>, WeightsError> {
-        let header = Header {
-            format_version: FORMAT_VERSION,
-            content: &self.content,
-        };
-        let text = serde_json::to_string(&header)
-            .map_err(|error| WeightsError::Metadata(error.to_string()))?;
+        let text = note_to_text(&self.content)?;
         let encoded: Vec<Vec<u8>> = self
             .tensors
             .iter()
@@ -89,13 +84,7 @@ impl<T: Serialize + for<'a> Deserialize<'a>> TensorFile<T> {
             .and_then(|entries| entries.get(METADATA_KEY));
         let text = entry
             .ok_or_else(|| WeightsError::Metadata(format!("no metadata entry `{METADATA_KEY}`")))?;
-        let unreadable = |error: serde_json::Error| WeightsError::Metadata(error.to_string());
-        let version: Header<serde::de::IgnoredAny> =
-            serde_json::from_str(text).map_err(unreadable)?;
-        if version.format_version != FORMAT_VERSION {
-            return Err(WeightsError::Version(version.format_version));
-        }
-        let header: Header<T> = serde_json::from_str(text).map_err(unreadable)?;
+        let content = note_from_text(text)?;
         let file = SafeTensors::deserialize(bytes)?;
         let mut tensors = file
             .tensors()
@@ -109,10 +98,7 @@ impl<T: Serialize + for<'a> Deserialize<'a>> TensorFile<T> {
             })
             .collect::<Result<Vec<_>, WeightsError>>()?;
         tensors.sort_by(|a, b| a.0.name.cmp(&b.0.name));
-        Ok(Self {
-            content: header.content,
-            tensors,
-        })
+        Ok(Self { content, tensors })
     }
 
     /// Takes the values of the named tensors out of the file, one after the other.
@@ -173,15 +159,35 @@ pub(crate) fn named(shapes: &[ParameterShape], values: &[f32]) -> Vec<(Parameter
         .collect()
 }
 
-/// What a file of weights says beside them.
-#[derive(Deserialize, Serialize)]
-struct ModelContent {
-    net: NetConfig,
+/// What a file of weights says of itself.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+pub(crate) struct ModelNote {
+    pub(crate) net: NetConfig,
     /// How the network's user prepares shapes; nothing here reads it.
-    preparation: serde_json::Value,
+    pub(crate) preparation: serde_json::Value,
     /// What the weights were learned from; files of earlier programs do not say it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    trained_on: Option<TrainedOn>,
+    pub(crate) trained_on: Option<TrainedOn>,
+}
+
+/// The text of a metadata entry.
+pub(crate) fn note_to_text<T: Serialize>(content: &T) -> Result<String, WeightsError> {
+    let header = Header {
+        format_version: FORMAT_VERSION,
+        content,
+    };
+    serde_json::to_string(&header).map_err(|error| WeightsError::Metadata(error.to_string()))
+}
+
+/// The content of a metadata entry.
+pub(crate) fn note_from_text<T: for<'a> Deserialize<'a>>(text: &str) -> Result<T, WeightsError> {
+    let unreadable = |error: serde_json::Error| WeightsError::Metadata(error.to_string());
+    let version: Header<serde::de::IgnoredAny> = serde_json::from_str(text).map_err(unreadable)?;
+    if version.format_version != FORMAT_VERSION {
+        return Err(WeightsError::Version(version.format_version));
+    }
+    let header: Header<T> = serde_json::from_str(text).map_err(unreadable)?;
+    Ok(header.content)
 }
 
 /// A file of weights, opened: the network that it describes, and what it says of itself.
@@ -201,10 +207,10 @@ impl ModelFile {
     /// # Errors
     /// If the bytes are no file of weights.
     pub fn from_bytes(bytes: &[u8], backend: Backend) -> Result<Self, WeightsError> {
-        let mut file = TensorFile::<ModelContent>::from_bytes(bytes)?;
+        let mut file = TensorFile::<ModelNote>::from_bytes(bytes)?;
         let blank = Model::blank(&file.content.net, backend)?;
         let values = file.take(&parameters::shapes(blank.network()))?;
-        let ModelContent {
+        let ModelNote {
             preparation,
             trained_on,
             ..
@@ -221,17 +227,21 @@ impl ModelFile {
     /// # Errors
     /// If the header would be larger than the format allows.
     pub fn to_bytes(&self) -> Result<Vec<u8>, WeightsError> {
-        let content = ModelContent {
-            net: self.model.config().clone(),
-            preparation: self.preparation.clone(),
-            trained_on: self.trained_on.clone(),
-        };
         let shapes = parameters::shapes(self.model.network());
         TensorFile {
-            content,
+            content: self.note(),
             tensors: named(&shapes, &self.model.values()),
         }
         .to_bytes()
+    }
+
+    /// What the file says beside the weights.
+    pub(crate) fn note(&self) -> ModelNote {
+        ModelNote {
+            net: self.model.config().clone(),
+            preparation: self.preparation.clone(),
+            trained_on: self.trained_on.clone(),
+        }
     }
 
     /// Refuses a network that another config describes. `net.refine` may differ: it has no weights.

@@ -279,7 +279,7 @@ fn stem_pooling_and_unpooling_with_either_norm() {
             BLOCK_TOLERANCE,
             unpool,
             &[n_tokens(1), n_tokens(0)],
-            |stage, rows, mode| stage.unpool(rows[0].clone(), rows[1].clone(), &levels[0], mode),
+            |stage, rows, mode| stage.forward(rows[0].clone(), rows[1].clone(), &levels[0], mode),
         );
     }
 }

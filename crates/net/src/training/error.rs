@@ -16,6 +16,17 @@ pub enum TrainError {
         "the initial weights are of another network; train with the `net` settings that they were trained with"
     )]
     OtherNetwork,
+    /// No parameter of the network has a name that begins so.
+    #[error("train.freeze: the network has no part `{0}`")]
+    NoSuchPart(String),
+    /// An update that is done had another learning rate than the new schedule gives it.
+    #[error(
+        "update {step} had another learning rate than the new `optim.schedule` and `train.steps` give it"
+    )]
+    OtherRate {
+        /// The first such update, counted from 1.
+        step: usize,
+    },
     /// The operating system gave no thread.
     #[error(transparent)]
     Thread(#[from] ThreadError),

@@ -27,7 +27,7 @@ pub use gradient::Gradient;
 pub use loading::{LoadedShape, Loading};
 pub use observer::Observer;
 
-use crate::config::{Backend, TrainSettings};
+use crate::config::{Backend, TrainConfig, TrainSettings};
 use crate::model::Model;
 use crate::model::batch_norm::move_running_statistics;
 use crate::model::net_config::NetConfig;
@@ -117,7 +117,18 @@ impl Training {
         n_done: usize,
     ) -> Result<Self, TrainError> {
         settings.check()?;
-        let groups = Group::of_tensors(&parameters::shapes(model.network()), settings);
+        let shapes = parameters::shapes(model.network());
+        let part_of_none = settings.train.freeze.iter().find(|part| {
+            let alone = TrainConfig {
+                freeze: vec![(*part).clone()],
+                ..TrainConfig::default()
+            };
+            !shapes.iter().any(|shape| alone.freezes(&shape.name))
+        });
+        if let Some(part) = part_of_none {
+            return Err(TrainError::NoSuchPart(part.clone()));
+        }
+        let groups = Group::of_tensors(&shapes, settings);
         let values = model.values();
         let workers = Workers::new(1)?;
         Ok(Self {
@@ -130,6 +141,21 @@ impl Training {
             groups,
             workers,
         })
+    }
+
+    /// The same training with another length or schedule.
+    ///
+    /// # Errors
+    /// If a setting is out of its range, or the schedule would have given one of the updates that are done another
+    /// learning rate.
+    pub fn extended(mut self, settings: &TrainSettings) -> Result<Self, TrainError> {
+        settings.check()?;
+        if let Some(step) = self.settings.first_other_rate(settings, self.n_done) {
+            return Err(TrainError::OtherRate { step: step + 1 });
+        }
+        self.settings = settings.clone();
+        self.groups = Group::of_tensors(&parameters::shapes(self.model.network()), settings);
+        Ok(self)
     }
 
     /// Lets `n_threads` shapes of a batch be computed at once. The result is the same, byte for byte.
@@ -184,7 +210,7 @@ impl Training {
             .into_iter()
             .map(|idx| &shapes[idx]);
         untouched
-            .filter(|shape| !shape.is_statistic())
+            .filter(|shape| !shape.is_statistic() && !self.settings.train.freezes(&shape.name))
             .map(|shape| shape.name.clone())
             .collect()
     }
@@ -234,8 +260,27 @@ impl Training {
     /// Moves the running statistics of batch norms, which have no gradient: the update leaves them as they are.
     fn move_statistics(&mut self, statistics: &[Vec<f32>]) {
         let shapes = parameters::shapes(self.model.network());
+        let before = self.values.clone();
         for recorded in statistics {
             move_running_statistics(&shapes, &mut self.values, recorded);
+        }
+        self.for_each_frozen(|own, training| {
+            training.values[own.clone()].copy_from_slice(&before[own]);
+        });
+    }
+
+    /// Calls `act` with the range of each tensor that keeps its weights.
+    fn for_each_frozen(&mut self, mut act: impl FnMut(std::ops::Range<usize>, &mut Self)) {
+        if self.settings.train.freeze.is_empty() {
+            return;
+        }
+        let mut first = 0;
+        for shape in parameters::shapes(self.model.network()) {
+            let own = first..first + shape.len();
+            first = own.end;
+            if self.settings.train.freezes(&shape.name) {
+                act(own, self);
+            }
         }
     }
 }

@@ -33,7 +33,9 @@ impl Group {
     /// The groups of tensors of these names and shapes, one each.
     pub(crate) fn of_tensors(shapes: &[ParameterShape], settings: &TrainSettings) -> Vec<Self> {
         let group = |shape: &ParameterShape| {
-            let rate = if shape.name.contains(".blocks.") {
+            let rate = if settings.train.freezes(&shape.name) {
+                0.0
+            } else if shape.name.contains(".blocks.") {
                 settings.optim.block_lr_factor
             } else {
                 1.0
@@ -154,6 +156,16 @@ pub(crate) fn learning_rate(config: &OptimConfig, step: usize, n_steps: usize) -
     let highest = config.learning_rate;
     match &config.schedule {
         ScheduleConfig::Constant => highest,
+        ScheduleConfig::Trapezoid {
+            warmup_steps,
+            cooldown_steps,
+        } => {
+            let share_of =
+                |steps: usize, length: &usize| (steps as f64 / (*length as f64 + 1.0)).min(1.0);
+            let up = share_of(step + 1, warmup_steps);
+            let down = share_of(n_steps.saturating_sub(step), cooldown_steps);
+            highest * up.min(down)
+        }
         ScheduleConfig::Cosine {
             warmup_fraction,
             final_fraction,
@@ -187,6 +199,15 @@ pub(crate) fn learning_rate(config: &OptimConfig, step: usize, n_steps: usize) -
                 highest
             }
         }
+    }
+}
+
+impl TrainSettings {
+    /// The index of the first of `n_steps` steps to which `other` gives another learning rate.
+    #[must_use]
+    pub fn first_other_rate(&self, other: &Self, n_steps: usize) -> Option<usize> {
+        let rate = |of: &Self, step| learning_rate(&of.optim, step, of.train.steps).to_bits();
+        (0..n_steps).find(|&step| rate(self, step) != rate(other, step))
     }
 }
 

@@ -180,8 +180,7 @@ fn settings(config: &Config, args: &StepArgs) -> TrainSettings {
         steps: usize::from(args.steps) + 2,
         batch_shapes: args.batch.into(),
         accumulate: 1,
-        seed: 0,
-        fault: partprobe_net::NoFault::None,
+        ..TrainConfig::default()
     };
     let tokens = partprobe_net::TokenConfig {
         train_tokens: args.tokens.into(),

@@ -18,7 +18,9 @@ use partprobe_dataset::json_document;
 use partprobe_eval::{
     Duplicate, NearShape, Split, SplitCandidate, SplitFractions, SplitRule, split,
 };
-use partprobe_formats::{pointcept_config, pointcept_files};
+use partprobe_formats::{
+    POINTCEPT_EXPERIMENTS, pointcept_config, pointcept_experiments, pointcept_files,
+};
 use serde::Serialize;
 use serde_json::json;
 use std::collections::BTreeMap;
@@ -39,7 +41,8 @@ const SPLIT_FILE: &str = "split.json";
 
 DIR/train/<id>/ holds coord.npy and normal.npy (float32, N x 3), segment.npy (int32: primitive type of the point's
 part, the type with the largest area in it) and instance.npy (int32: the part, 0 to K-1 among those that got a point).
-DIR/pointcept_data.py is the data section of a Pointcept config. Equal shapes are written once. Shapes of
+DIR/insseg.py and DIR/semseg.py are whole experiments for Pointcept: PTv3 with PointGroup, and PTv3 with a linear head.
+DIR/README.md says how to run them, and DIR/pointcept_data.py is their data section. Equal shapes are written once. Shapes of
 one file stay on one side, and shapes that are nearly equal to one of val or test are not written to train. split.json says
 which shapes are on which side.
 `partprobe check pointcept DIR` looks over any such folder."
@@ -111,7 +114,12 @@ struct SplitJson<'a> {
 impl Exporter for PointceptArgs {
     const NAME: &'static str = "pointcept";
     const EXTENSIONS: &'static [&'static str] = &["npy", "json"];
-    const FILE_NAMES: &'static [&'static str] = &[POINTCEPT_CONFIG];
+    const FILE_NAMES: &'static [&'static str] = &[
+        POINTCEPT_CONFIG,
+        POINTCEPT_EXPERIMENTS[0],
+        POINTCEPT_EXPERIMENTS[1],
+        POINTCEPT_EXPERIMENTS[2],
+    ];
 
     fn export(&self, known: &'static [Outputs]) -> Result<()> {
         if self.max_parts.is_some_and(|most| most < self.min_parts) {
@@ -128,6 +136,9 @@ impl Exporter for PointceptArgs {
         session
             .folder
             .write(Path::new(POINTCEPT_CONFIG), pointcept_config().as_bytes())?;
+        for (name, text) in pointcept_experiments() {
+            session.folder.write(Path::new(name), text.as_bytes())?;
+        }
         let shapes: Vec<&ShapeInput> = session
             .sources
             .shapes

@@ -15,6 +15,21 @@ pub(crate) trait StageBlock: Module {
     /// # Shapes
     /// - rows and output: `[token, width]`
     fn forward(&self, rows: Tensor<2>, level: &LevelRows, mode: &mut ForwardMode) -> Tensor<2>;
+
+    /// The same for the first block behind an unpooling, which may look at the skip by itself: `rows` is the sum of the skip
+    /// and of the level above.
+    ///
+    /// # Shapes
+    /// - rows, skip and output: `[token, width]`
+    fn forward_after_skip(
+        &self,
+        rows: Tensor<2>,
+        _skip: Tensor<2>,
+        level: &LevelRows,
+        mode: &mut ForwardMode,
+    ) -> Tensor<2> {
+        self.forward(rows, level, mode)
+    }
 }
 
 /// What distinguishes the blocks of a network from each other.
@@ -42,7 +57,7 @@ pub(crate) struct UNetSettings<'a> {
 #[derive(Module, Debug)]
 pub(crate) struct EncoderStage<B: StageBlock> {
     pool: Option<Projection>,
-    pub(super) blocks: Vec<B>,
+    blocks: Vec<B>,
 }
 
 /// Unpooling with a skip, and blocks.
@@ -50,7 +65,7 @@ pub(crate) struct EncoderStage<B: StageBlock> {
 pub(crate) struct DecoderStage<B: StageBlock> {
     child: Projection,
     skip: Projection,
-    pub(super) blocks: Vec<B>,
+    blocks: Vec<B>,
 }
 
 impl<B: StageBlock> EncoderStage<B> {
@@ -142,8 +157,9 @@ impl<B: StageBlock> DecoderStage<B> {
             .collect()
     }
 
-    /// Adds the rows of the level above, each to all tokens of its cluster, to those that the encoder left on this level.
-    pub(crate) fn unpool(
+    /// Adds the rows of the level above, each to all tokens of its cluster, to those that the encoder left on this level,
+    /// and takes them through the blocks.
+    pub(crate) fn forward(
         &self,
         rows: Tensor<2>,
         skip: Tensor<2>,
@@ -152,10 +168,15 @@ impl<B: StageBlock> DecoderStage<B> {
     ) -> Tensor<2> {
         let from_child = self.child.forward(rows, mode);
         let skip = self.skip.forward(skip, mode);
-        match &level.pooling {
-            Some(pooling) => ops::gather(from_child, &pooling.cluster) + skip,
-            None => skip,
-        }
+        let rows = match &level.pooling {
+            Some(pooling) => ops::gather(from_child, &pooling.cluster) + skip.clone(),
+            None => skip.clone(),
+        };
+        let Some((first, others)) = self.blocks.split_first() else {
+            return rows;
+        };
+        let rows = first.forward_after_skip(rows, skip, level, mode);
+        through(others, rows, level, mode)
     }
 }
 
@@ -183,8 +204,7 @@ pub(crate) fn forward<B: StageBlock>(
     skips.pop();
     for (stage, level) in decoder.iter().zip(levels[..skips.len()].iter().rev()) {
         let Some(skip) = skips.pop() else { break };
-        rows = stage.unpool(rows, skip, level, mode);
-        rows = through(&stage.blocks, rows, level, mode);
+        rows = stage.forward(rows, skip, level, mode);
     }
     rows
 }

@@ -28,6 +28,9 @@ pub(crate) struct Block {
     /// Probability of leaving out a branch.
     #[module(skip)]
     drop_path: f64,
+    /// Whether xCPE sees only the skip behind an unpooling.
+    #[module(skip)]
+    xcpe_of_skip: bool,
 }
 
 impl Block {
@@ -56,14 +59,47 @@ impl Block {
                 .then(|| Attention::new(init, &format!("{name}.attention"), width, index)),
             mlp: Mlp::new(init, &format!("{name}.mlp"), width),
             drop_path,
+            xcpe_of_skip: config.xcpe_of_skip,
         }
     }
 }
 
 impl StageBlock for Block {
-    fn forward(&self, mut rows: Tensor<2>, level: &LevelRows, mode: &mut ForwardMode) -> Tensor<2> {
+    fn forward(&self, rows: Tensor<2>, level: &LevelRows, mode: &mut ForwardMode) -> Tensor<2> {
+        let seen = rows.clone();
+        self.forward_seeing(rows, seen, level, mode)
+    }
+
+    fn forward_after_skip(
+        &self,
+        rows: Tensor<2>,
+        skip: Tensor<2>,
+        level: &LevelRows,
+        mode: &mut ForwardMode,
+    ) -> Tensor<2> {
+        let seen = if self.xcpe_of_skip {
+            skip
+        } else {
+            rows.clone()
+        };
+        self.forward_seeing(rows, seen, level, mode)
+    }
+}
+
+impl Block {
+    /// The block, whose xCPE sees the rows `seen`.
+    ///
+    /// # Shapes
+    /// - rows, seen and output: `[token, width]`
+    fn forward_seeing(
+        &self,
+        mut rows: Tensor<2>,
+        seen: Tensor<2>,
+        level: &LevelRows,
+        mode: &mut ForwardMode,
+    ) -> Tensor<2> {
         if let Some(xcpe) = &self.xcpe {
-            rows = rows.clone() + xcpe.forward(rows, level);
+            rows = rows + xcpe.forward(seen, level);
         }
         if let (Some(exchange), Some(cells)) = (&self.exchange, &level.by_cell) {
             rows = rows.clone() + exchange.forward(rows, cells);

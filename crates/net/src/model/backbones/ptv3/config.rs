@@ -20,6 +20,10 @@ pub struct Ptv3Config {
     pub drop_path: f64,
     /// Whether blocks have xCPE, the convolution that tells neighboring tokens of each other.
     pub xcpe: bool,
+    /// Whether the first xCPE of a decoder stage sees only the skip, as in the published code of PTv3 (`PT-v3m1`), instead
+    /// of the sum of the skip and the level above, which the other layers see.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub xcpe_of_skip: bool,
     /// Whether blocks have a layer in which the tokens of one cell, whose normals have different dominant axes, tell each
     /// other of themselves. PTv3 has one token per cell and no such layer.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
@@ -41,6 +45,7 @@ impl Default for Ptv3Config {
             norm: NormKind::Layer,
             drop_path: 0.0,
             xcpe: true,
+            xcpe_of_skip: false,
             cell_exchange: false,
             attention: true,
             orders: Curve::ALL.to_vec(),
@@ -70,13 +75,14 @@ mod tests {
     #[test]
     fn a_config_file_names_what_it_means() {
         let text = r#"{"type":"ptv3","preset":"mini","patch":48,"norm":"batch","drop_path":0.3,"xcpe":false,
-            "cell_exchange":true,"attention":true,"orders":["hilbert-trans","z"],"shuffle_orders":false}"#;
+            "xcpe_of_skip":true,"cell_exchange":true,"attention":true,"orders":["hilbert-trans","z"],"shuffle_orders":false}"#;
         let config = Ptv3Config {
             preset: Preset::Mini,
             patch: 48,
             norm: NormKind::Batch,
             drop_path: 0.3,
             xcpe: false,
+            xcpe_of_skip: true,
             cell_exchange: true,
             attention: true,
             orders: vec![Curve::HilbertTrans, Curve::Z],
