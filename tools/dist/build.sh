@@ -32,7 +32,7 @@ commit=$(git rev-parse HEAD)
 test -z "$(git status --porcelain)" || commit="$commit, changed"
 # Everything that would differ from one machine to the next: the time, and the folders of the sources.
 SOURCE_DATE_EPOCH=$(git log -1 --format=%ct)
-export SOURCE_DATE_EPOCH PARTPROBE_COMMIT="$commit" CARGO_PROFILE_RELEASE_STRIP=symbols CARGO_TARGET_DIR="$dist/build"
+export SOURCE_DATE_EPOCH PARTPROBE_COMMIT="$commit" CARGO_PROFILE_RELEASE_STRIP=symbols CARGO_TARGET_DIR="$build/dist-build"
 cargo_home="${CARGO_HOME:-$HOME/.cargo}"
 
 test -x "$tools/bin/python" || python3 -m venv "$tools"
