@@ -103,7 +103,10 @@ def list_inputs(paths: Iterable[pathlib.Path]) -> list[Input]:
         for path in sorted(p for p in root.rglob("*") if p.is_file()) if root.is_dir() else [root]:
             source = path.relative_to(root.parent).as_posix()
             if path.name.lower().endswith(ARCHIVE_ENDINGS):
-                inputs = [Input(f"{source}/{name}", str(path), name, size) for name, size in members(path)]
+                try:
+                    inputs = [Input(f"{source}/{name}", str(path), name, size) for name, size in members(path)]
+                except (OSError, EOFError, ValueError, tarfile.TarError, zipfile.BadZipFile) as error:
+                    raise SystemExit(f"{path} cannot be listed ({error}); repair or remove it") from error
             elif is_step(path.name):
                 inputs = [Input(source, str(path), None, path.stat().st_size)]
             else:
