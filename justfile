@@ -192,6 +192,20 @@ truck:
 wheel:
     tools/wheel/build.sh
 
+# Archives of the program for machines without Rust and Python: just dist [--label-only] [TARGET...] (zig comes from pip)
+dist *arguments:
+    tools/dist/build.sh {{arguments}}
+
+# The scripts for Slurm and HyperQueue, with tasks that are killed and repeated: just prove-array OUT [DIR...] (installs hyperqueue)
+prove-array out *folders: (_venv "clusters" "hyperqueue")
+    cargo build --release
+    "{{build}}/clusters/bin/python" tools/clusters/prove_array.py "{{program}}" {{out}} {{folders}} --hyperqueue
+
+# examples/ray_label.py on two raylets, one of which is killed: just prove-ray OUT [DIR...] (installs ray; minutes)
+prove-ray out *folders: (_venv "ray" "ray[data] pyarrow") wheel
+    "{{build}}/ray/bin/pip" install --quiet --force-reinstall --no-deps {{build}}/wheels/partprobe-*.whl
+    "{{build}}/ray/bin/python" tools/clusters/prove_ray.py {{out}} {{folders}}
+
 # The wheel in a fresh environment: tests, examples in docstrings, types, and the notebook.
 check-wheel:
     .ci/wheel

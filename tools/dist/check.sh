@@ -1,0 +1,45 @@
+#!/usr/bin/env bash
+# Runs the program of an archive in a root that holds nothing else but the C library of this machine: tools/dist/check.sh ARCHIVE
+# It needs unshare and chroot (no rights beyond those of a user), and qemu-aarch64 with the C library of arm64 for an archive of
+# that processor. In the root there is no Rust, no Python and no shell.
+set -euo pipefail
+archive=$(realpath "${1:?the first argument is an archive}")
+root=$(mktemp -d)
+trap 'rm -rf "$root"' EXIT
+mkdir "$root/tmp" "$root/proc"
+tar -C "$root" --strip-components=1 -xf "$archive"
+test -f "$root/LICENSE-MIT" -a -f "$root/README.md" -a -f "$root/completions/partprobe.bash" || {
+    echo "error: the archive lacks a license, the README or a completion" >&2
+    exit 1
+}
+
+# The loader and the libraries that the program names; a static one names none.
+interpreter=$(readelf -l "$root/partprobe" | sed -n 's/.*interpreter: \(.*\)\]/\1/p')
+sysroot=
+case "$archive" in *aarch64*) sysroot=/usr/aarch64-linux-gnu ;; esac
+if [ -n "$interpreter" ]; then
+    install -D "$sysroot$interpreter" "$root$interpreter"
+    folder=$(dirname "$(realpath "$sysroot$interpreter")")
+    for library in $(readelf -d "$root/partprobe" | sed -n 's/.*NEEDED.*\[\(.*\)\]/\1/p'); do
+        test -e "$root/lib/$library" || install -D "$folder/$library" "$root/lib/$library"
+    done
+fi
+
+inside() {
+    if [ -n "$sysroot" ]; then
+        # The emulator is no part of the root: it runs outside, and shows the program the libraries of the root.
+        (cd "$root" && qemu-aarch64 -L "$root" "$root/partprobe" "$@")
+    else
+        # `/proc` is how a program finds itself to start a worker; containers have it.
+        unshare --map-root-user --mount --pid --fork --mount-proc="$root/proc" chroot "$root" /partprobe "$@"
+    fi
+}
+inside --version
+inside synth --out tmp/parts -n 20 --seed 3 --quiet
+inside label tmp/parts --out tmp/dataset --quiet
+# The same bytes from the program that was built here, if it is given.
+if [ -n "${2:-}" ]; then
+    "$2" label "$root/tmp/parts" --out "$root/tmp/here" --quiet > "$root/tmp/log"
+    diff --recursive --exclude timing.jsonl "$root/tmp/dataset" "$root/tmp/here"
+    echo "the same bytes as $2"
+fi
