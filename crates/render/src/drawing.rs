@@ -53,13 +53,37 @@ pub(crate) enum Item {
     Text {
         /// What is written.
         text: String,
-        /// The left end of the line that the letters stand on.
+        /// A point of the line that the letters stand on.
         at: Spot,
+        /// Which point of the line it is.
+        anchor: Anchor,
         /// The size of the letters.
         size: f64,
         /// The color.
         color: Rgb,
     },
+}
+
+/// The point of a text that is put at its place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Anchor {
+    /// The left end.
+    Start,
+    /// The middle.
+    Middle,
+    /// The right end.
+    End,
+}
+
+impl Anchor {
+    /// How much of the text is left of the point.
+    pub(crate) fn share_before(self) -> f64 {
+        match self {
+            Self::Start => 0.0,
+            Self::Middle => 0.5,
+            Self::End => 1.0,
+        }
+    }
 }
 
 impl Item {
@@ -122,9 +146,8 @@ impl Drawing {
         let size = FONT_DOTS * scale;
         let text = caption_text(name, note, self.width / (MEAN_LETTER * size));
         let mut drawing = self.clone();
-        let left = 0.5 * (self.width - text_width(&text, size)).max(0.0);
         let baseline = self.height + (2.0 + BASELINE_DOTS) * scale;
-        drawing.write(text, [left, baseline], size);
+        drawing.write(text, [0.5 * self.width, baseline], Anchor::Middle, size);
         drawing.height += CAPTION_DOTS * scale;
         drawing
     }
@@ -162,21 +185,20 @@ impl Drawing {
             }
             let baseline = top + BASELINE_DOTS * scale;
             let [name, count, share] = line.cells;
-            let before = |end: f64, cell: &str| [end - text_width(cell, size), baseline];
-            let (count_at, share_at) = (before(count_right, &count), before(share_right, &share));
-            drawing.write(name, [name_left, baseline], size);
-            drawing.write(count, count_at, size);
-            drawing.write(share, share_at, size);
+            drawing.write(name, [name_left, baseline], Anchor::Start, size);
+            drawing.write(count, [count_right, baseline], Anchor::End, size);
+            drawing.write(share, [share_right, baseline], Anchor::End, size);
         }
         drawing.width = share_right + GAP_DOTS * scale;
         drawing
     }
 
-    fn write(&mut self, text: String, at: Spot, size: f64) {
+    fn write(&mut self, text: String, at: Spot, anchor: Anchor, size: f64) {
         let color = self.background.ink();
         self.items.push(Item::Text {
             text,
             at,
+            anchor,
             size,
             color,
         });
@@ -214,11 +236,11 @@ mod tests {
         let drawing = cell(120.0, 10.0).with_caption("ab", "", 1.0);
         assert!(drawing.height > 10.0 + FONT_DOTS && drawing.width == 120.0);
         let Some(Item::Text {
-            at: [x, y], size, ..
+            at: [x, y], anchor, ..
         }) = drawing.items.last()
         else {
             panic!("no text");
         };
-        assert!((2.0 * x + text_width("ab", *size) - 120.0).abs() < 1e-9 && *y > 10.0);
+        assert!(*x == 60.0 && *anchor == Anchor::Middle && *y > 10.0);
     }
 }

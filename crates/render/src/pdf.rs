@@ -1,6 +1,7 @@
 //! Writes a drawing as PDF: one page of its size.
 
 use crate::drawing::{Item, Spot};
+use crate::helvetica::text_width;
 use crate::svg::BLEED;
 use crate::{Drawing, Rgb};
 use flate2::Compression;
@@ -92,13 +93,15 @@ fn push_item(content: &mut Content, item: &Item) {
         Item::Text {
             text,
             at: [x, y],
+            anchor,
             size,
             color,
         } => {
+            let left = x - anchor.share_before() * text_width(text, *size);
             set_fill(content, *color);
             content.begin_text();
             content.set_font(FONT, *size as f32);
-            content.set_text_matrix([1.0, 0.0, 0.0, -1.0, rounded(*x), rounded(*y)]);
+            content.set_text_matrix([1.0, 0.0, 0.0, -1.0, rounded(left), rounded(*y)]);
             let latin: Vec<u8> = text.chars().map(byte_of).collect();
             content.show(Str(&latin));
             content.end_text();
@@ -150,6 +153,7 @@ fn byte_of(character: char) -> u8 {
 mod tests {
     use super::*;
     use crate::Background;
+    use crate::drawing::Anchor;
 
     #[test]
     fn a_page_has_the_size_and_the_items_of_the_drawing() {
@@ -162,6 +166,7 @@ mod tests {
             Item::Text {
                 text: "né→".to_owned(),
                 at: [1.0, 2.0],
+                anchor: Anchor::Start,
                 size: 9.0,
                 color: [0; 3],
             },

@@ -86,8 +86,7 @@ impl Sight {
     /// The pieces that a sample sees, in an order in which the nearer one of two is painted later. Pieces of one color follow each
     /// other where the order allows it.
     pub(crate) fn painting_order(&self, color_of_piece: impl Fn(usize) -> Rgb) -> Vec<u32> {
-        let seen: BTreeSet<u32> = self.piece.iter().copied().collect();
-        let seen: Vec<u32> = seen.into_iter().filter(|&piece| piece != NOTHING).collect();
+        let seen = self.seen();
         let pairs = self.hidden_behind(&seen);
         let mut n_before = vec![0_u32; self.pieces.len()];
         pairs
@@ -121,6 +120,32 @@ impl Sight {
             }
         }
         painted
+    }
+
+    /// The pieces that a sample sees, sorted. A sample whose face no sample around it sees looks through a gap between two pieces, which
+    /// rounding has opened.
+    fn seen(&self) -> Vec<u32> {
+        let face = |sample: usize| match self.piece[sample] {
+            NOTHING => None,
+            piece => Some(self.pieces[piece as usize].face),
+        };
+        let is_alone = |sample: usize| {
+            let (row, column) = (sample / SIDE, sample % SIDE);
+            let near = |at: usize| at.saturating_sub(1)..(at + 2).min(SIDE);
+            let mut around =
+                near(row).flat_map(|row| near(column).map(move |column| row * SIDE + column));
+            !around.any(|other| other != sample && face(other) == face(sample))
+        };
+        let mut is_seen = vec![false; self.pieces.len()];
+        for sample in 0..self.piece.len() {
+            let piece = self.piece[sample] as usize;
+            if face(sample).is_some() && !is_seen[piece] && !is_alone(sample) {
+                is_seen[piece] = true;
+            }
+        }
+        (0..self.pieces.len() as u32)
+            .filter(|&piece| is_seen[piece as usize])
+            .collect()
     }
 
     /// Pairs of pieces of which the first one is directly behind the second one at a sample; sorted, each pair once.

@@ -1,6 +1,6 @@
 //! Writes a drawing as SVG.
 
-use crate::drawing::{Item, Spot};
+use crate::drawing::{Anchor, Item, Spot};
 use crate::{Drawing, Rgb};
 use std::fmt::Write as _;
 
@@ -55,14 +55,20 @@ fn push_item(text: &mut String, item: &Item) {
         Item::Text {
             text: written,
             at,
+            anchor,
             size,
             color,
         } => {
+            let anchor = match anchor {
+                Anchor::Start => "start",
+                Anchor::Middle => "middle",
+                Anchor::End => "end",
+            };
             let ([x, y], size) = (at.map(number), number(*size));
             let (color, written) = (hexadecimal(*color), escaped(written));
             writeln!(
                 text,
-                "<text x=\"{x}\" y=\"{y}\" font-family=\"Helvetica, Arial, sans-serif\" font-size=\"{size}\" \
+                "<text x=\"{x}\" y=\"{y}\" text-anchor=\"{anchor}\" font-family=\"Helvetica, Arial, sans-serif\" font-size=\"{size}\" \
                  fill=\"{color}\">{written}</text>"
             )
         }
@@ -150,6 +156,7 @@ mod tests {
             Item::Text {
                 text: "a<b\u{7}&".to_owned(),
                 at: [1.0, 2.0],
+                anchor: Anchor::End,
                 size: 9.0,
                 color: [40; 3],
             },
@@ -160,6 +167,7 @@ mod tests {
             "fill=\"#0102ff\"",
             "d=\"M0 0L1 0L0 1Z\"",
             "d=\"M0 0L2 2M0 0L2 2L2 0Z\"",
+            "text-anchor=\"end\"",
             ">a&lt;b&amp;</text>",
         ] {
             assert!(text.contains(part), "{part} is not in {text}");
