@@ -45,6 +45,10 @@ struct ListedRun {
 /// # Errors
 /// If the folder cannot be read.
 pub(crate) fn runs(args: &RunsArgs) -> Result<()> {
+    ensure!(
+        args.folder.is_dir(),
+        UsageError(format!("{} is not a folder", args.folder.display()))
+    );
     let listed = listed_runs(&args.folder)?;
     if args.json {
         let document = json_document(&listed)?;

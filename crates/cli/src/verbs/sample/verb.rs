@@ -72,6 +72,9 @@ pub(crate) struct SampleArgs {
     /// The seed; the config's sample.seed if not given.
     #[arg(long)]
     seed: Option<u64>,
+    /// Threads; as many as there are cores if not given. The samples do not depend on it.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    jobs: Option<u16>,
     /// Label sources, first the one that a PLY file shows.
     #[arg(long = "source", value_name = "SOURCE", default_values = DEFAULT_SOURCES)]
     sources: Vec<String>,
@@ -258,7 +261,12 @@ impl Sampler<'_> {
                 written => Ok(written),
             }
         };
-        let written: Result<Vec<Result<usize>>> = items.par_iter().map(sampled).collect();
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(self.args.jobs.map_or(0, usize::from))
+            .build()
+            .context("starting threads")?;
+        let written: Result<Vec<Result<usize>>> =
+            pool.install(|| items.par_iter().map(sampled).collect());
         bar.finish_and_clear();
         let incomplete = || {
             format!(
