@@ -104,7 +104,8 @@ fn groups(command: &Command, width: usize) -> String {
 }
 
 /// Breaks a sentence between words into lines of at most this width; a longer word has a line of its own.
-fn wrapped(text: &str, width: usize) -> Vec<String> {
+#[must_use]
+pub(crate) fn wrapped(text: &str, width: usize) -> Vec<String> {
     let mut lines: Vec<String> = vec![String::new()];
     for word in text.split_whitespace() {
         let last = lines.last_mut().filter(|line| {

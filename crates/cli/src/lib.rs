@@ -1,7 +1,7 @@
 //! Implements the program `partprobe`: arguments, configs, processes, progress and printing. It exports [`main`] and
 //! nothing else; what others can use is in the libraries that it calls.
 //!
-//! Results go to stdout, progress and warnings to stderr. A verb ends with 0 (done), 1 (failed), 2 (usage) or 130 (stopped),
+//! Results go to stdout, progress and warnings to stderr. Tables are Markdown, and aligned where stdout is a terminal. A verb ends with 0 (done), 1 (failed), 2 (usage) or 130 (stopped),
 //! and an error is printed once, here.
 
 #![cfg_attr(
@@ -13,6 +13,7 @@
     )
 )]
 
+mod aligned_tables;
 #[cfg(feature = "train")]
 mod allocator;
 mod audit;
@@ -35,6 +36,7 @@ mod interrupt;
 mod label;
 mod label_package;
 mod label_sources;
+mod markdown_table;
 mod onnx_library;
 mod output_folder;
 mod points;
@@ -48,15 +50,16 @@ mod shape_input;
 mod shape_loop;
 mod source_rows;
 mod source_types;
+mod standard_input;
 mod stderr;
 mod stdout;
-mod text_table;
 mod usage;
 mod verbs;
 
 use clap::{FromArgMatches, Parser};
 use command_line::command_line;
 use std::process::ExitCode;
+use stdout::TableForm;
 use verbs::Verb;
 
 /// STEP files in, part labels out, and a fair comparison of the labels that train point-cloud networks.
@@ -87,6 +90,9 @@ struct Cli {
     /// Show no progress; results, warnings and errors are printed all the same.
     #[arg(long, short, global = true)]
     quiet: bool,
+    /// The form of printed tables. Without it, they are aligned on a terminal, and Markdown in a pipe or a file.
+    #[arg(long, global = true, value_enum, value_name = "FORM")]
+    tables: Option<TableForm>,
     #[command(subcommand)]
     verb: Verb,
 }
@@ -102,6 +108,9 @@ pub fn main() -> ExitCode {
     let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
     if cli.quiet {
         progress::be_quiet();
+    }
+    if let Some(form) = cli.tables {
+        stdout::print_tables_as(form);
     }
     cli.verb.call().unwrap_or_else(|error| {
         if stdout::is_closed(&error) {

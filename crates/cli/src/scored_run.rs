@@ -1,6 +1,7 @@
 //! Reads the scores of a finished run, and the label sources that it was trained on.
 
-use anyhow::{Context, Result};
+use crate::usage::UsageError;
+use anyhow::{Context, Result, ensure};
 use partprobe_eval::ScoreRow;
 use std::fs;
 use std::path::Path;
@@ -17,8 +18,12 @@ impl ScoredRun {
     /// Reads `scores.jsonl` and `config.toml` of a run folder. Its name is that of the folder.
     ///
     /// # Errors
-    /// If the run was not scored, or a file cannot be read; the message names the line.
+    /// If there is no such folder, the run was not scored, or a file cannot be read; the message names the line.
     pub(crate) fn read(path: &Path) -> Result<Self> {
+        ensure!(
+            path.exists(),
+            UsageError(format!("{} does not exist", path.display()))
+        );
         let read = |file: &str| {
             let path = path.join(file);
             fs::read_to_string(&path).with_context(|| format!("reading {}", path.display()))

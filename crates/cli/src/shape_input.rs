@@ -6,6 +6,7 @@ use crate::counted::counted;
 use crate::dataset_settings::settings_sha256_of;
 use crate::interrupt::Interrupt;
 use crate::label::{LabelJob, StoppedBatch, label_paths, warn_of_unread};
+use crate::standard_input::{STDIN_NAME, StandardInput, is_standard_input, with_standard_input};
 use crate::usage::UsageError;
 use anyhow::{Context, Result, anyhow, ensure};
 use partprobe_carrier::Carrier;
@@ -20,7 +21,8 @@ use std::sync::Arc;
 /// Where shapes come from, on the command line.
 #[derive(Clone, Debug, clap::Args)]
 pub(crate) struct ShapeArgs {
-    /// Data sets and carrier files (.npz), or anything that `label` reads: STEP files, folders, lists, archives.
+    /// Data sets and carrier files (.npz), or anything that `label` reads: STEP files, folders, lists, archives; `-` is the standard
+    /// input.
     #[arg(required = true, value_name = "PATH")]
     pub(crate) paths: Vec<PathBuf>,
     /// Threads; as many as there are cores if not given. The result does not depend on it.
@@ -152,7 +154,7 @@ impl ShapeArgs {
         let config = config::load(&self.config, &self.set)?.config;
         for path in &self.paths {
             ensure!(
-                path.exists(),
+                path.exists() || is_standard_input(path),
                 UsageError(format!("{} does not exist", path.display()))
             );
         }
@@ -201,7 +203,10 @@ impl ShapeArgs {
         config.label.emit = vec![Emit::Carrier];
         let mut sources = ShapeInputs::default();
         let mut unlabeled = Vec::new();
-        for path in &self.paths {
+        let max_bytes = config.label.max_file_mb << 20;
+        let (paths, input) = with_standard_input(&self.paths, STDIN_NAME, max_bytes)?;
+        sources._standard_input = input;
+        for path in &paths {
             if needs_labeling(path) {
                 unlabeled.push(path.clone());
             } else if is_dataset(path) {
@@ -323,6 +328,8 @@ pub(crate) struct ShapeInputs {
     pub(crate) failed: Vec<FailedInput>,
     /// Removes what was labeled on the way, when the shapes are done with.
     _scratch: Option<Scratch>,
+    /// Removes the copy of the standard input at the same time.
+    _standard_input: Option<StandardInput>,
 }
 
 impl ShapeInputs {

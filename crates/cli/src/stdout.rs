@@ -1,8 +1,59 @@
 //! Prints results on stdout, where the reader may have gone away (`partprobe inspect … | head`).
+//!
+//! Tables come as Markdown. They are printed as they are into a pipe or a file, and aligned on a terminal.
 
+use crate::aligned_tables::aligned;
 use anyhow::{Context, Result};
 use std::fmt::Display;
-use std::io::{self, ErrorKind, Write};
+use std::io::{self, ErrorKind, IsTerminal, Write};
+use std::sync::OnceLock;
+
+/// The form that was asked for. It is set once, before any work.
+static FORM: OnceLock<TableForm> = OnceLock::new();
+
+/// How tables are printed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum TableForm {
+    /// Aligned columns.
+    Text,
+    /// Markdown.
+    Markdown,
+}
+
+/// Prints all tables in this form from now on, wherever stdout leads.
+pub(crate) fn print_tables_as(form: TableForm) {
+    // Nobody has set it before, as the arguments are read once.
+    let _ = FORM.set(form);
+}
+
+/// Prints a text with Markdown tables, and a line break.
+///
+/// # Errors
+/// As for [`print_line`].
+pub(crate) fn print_tables(markdown: impl Display) -> Result<()> {
+    let by_place = || {
+        if io::stdout().is_terminal() {
+            TableForm::Text
+        } else {
+            TableForm::Markdown
+        }
+    };
+    match *FORM.get_or_init(by_place) {
+        TableForm::Text => {
+            let width = terminal_size::terminal_size().map(|(width, _)| usize::from(width.0));
+            print_line(aligned(&markdown.to_string(), width))
+        }
+        TableForm::Markdown => print_line(markdown),
+    }
+}
+
+/// Prints a text with Markdown tables, as the result of work that goes on whether or not somebody reads it.
+///
+/// # Errors
+/// As for [`print_result`].
+pub(crate) fn print_result_tables(markdown: impl Display) -> Result<()> {
+    unless_closed(print_tables(markdown))
+}
 
 /// Prints one result and a line break.
 ///
@@ -31,7 +82,11 @@ pub(crate) fn is_closed(error: &anyhow::Error) -> bool {
 /// # Errors
 /// If stdout cannot be written to for another reason than that its reader has gone away.
 pub(crate) fn print_result(text: impl Display) -> Result<()> {
-    print_line(text).or_else(|error| {
+    unless_closed(print_line(text))
+}
+
+fn unless_closed(printed: Result<()>) -> Result<()> {
+    printed.or_else(|error| {
         if is_closed(&error) {
             Ok(())
         } else {

@@ -279,10 +279,17 @@ fn colors_follow_the_label_and_ids_do_not() {
     };
     let by_part = document("part");
     assert_eq!(
-        by_part["meshes"][0]["extras"]["face_part"],
+        by_part["nodes"][0]["extras"]["face_part"],
         serde_json::json!(carrier.part_of_face())
     );
+    let names = by_part["nodes"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|node| &node["name"]);
+    assert!(names.clone().any(|name| name == "part 0") && names.count() > 2);
     assert_eq!(by_part, document("type"));
+    check(path, "export glb d --out one --nodes one", 0, "");
     let bytes = |label: &str| fs::read(path.join(format!("{label}/{SHAPE}.glb"))).unwrap();
     assert_ne!(bytes("part"), bytes("type"));
 }

@@ -119,7 +119,7 @@ fn a_run_without_backbones_is_listed_and_neither_trained_nor_scored_as_one_with_
     let corpus = corpus();
     run(corpus.path(), "runs/faces", &[], 0, "");
     let listed = check(corpus.path(), &["runs"], 0, "");
-    assert!(listed.contains("faces  scored"), "{listed}");
+    assert!(listed.contains("| faces | scored |"), "{listed}");
 
     let refusal = "it fits a network to each shape and trains no backbone";
     for arguments in [

@@ -188,16 +188,20 @@ fn mistakes_are_told_on_one_line_before_anything_is_done() {
         ("inspect steps", 2, "steps is a folder"),
         ("inspect file", 1, "file: the file is"),
         (
-            "render steps -o x.svg",
+            "render steps -o x.gif",
             2,
-            "pictures are written as PNG only",
+            "pictures are written as PNG, SVG or PDF",
         ),
         (
             "render steps -o x.jpg",
             2,
-            "pictures are written as PNG only",
+            "pictures are written as PNG, SVG or PDF",
         ),
-        ("render steps -o x", 2, "pictures are written as PNG only"),
+        (
+            "render steps -o x",
+            2,
+            "pictures are written as PNG, SVG or PDF",
+        ),
         ("render steps -o gone/x.png", 2, "its folder does not exist"),
         ("render empty -o x.png", 2, "there is no .step"),
         ("sample gone --out o --format npz", 2, "gone does not exist"),
@@ -440,7 +444,9 @@ fn reasons_keep_their_numbers_where_all_agree() {
         ),
         "{summary}"
     );
-    assert!(check(path, &["status", "o"], 0, "").contains("ISO-10303-21 (first d/b.step)"));
+    assert!(
+        check(path, &["status", "o"], 0, "").contains("| d/b.step | the file is not a STEP file")
+    );
 }
 
 #[test]

@@ -176,3 +176,53 @@ fn the_shapes_with_most_parts_are_picked_and_bad_files_are_named() {
     );
     assert!(!path.join("no.png").exists());
 }
+
+#[test]
+fn figures_have_legends_cameras_and_backgrounds() {
+    let folder = parts();
+    let path = folder.path();
+    let draw = |arguments: &str, name: &str| {
+        let call = format!("render steps/p0.step -o {name} --size 96 {arguments}");
+        check(path, &call, 0, "1 shape drawn");
+        fs::read(path.join(name)).unwrap()
+    };
+    draw("--legend", "legend.png");
+    let (width, height, _) = png(&path.join("legend.png"));
+    assert!(width > 96 && height == 96);
+    draw("--background transparent", "clear.png");
+    let (_, _, pixels) = png(&path.join("clear.png"));
+    assert_eq!((pixels.len(), &pixels[..4]), (4 * 96 * 96, &[0; 4][..]));
+    draw("--background #102030", "dark.png");
+    assert_eq!(png(&path.join("dark.png")).2[..3], [16, 32, 48]);
+    let top = draw("--camera top", "top.png");
+    assert_eq!(draw("--camera 0,90", "same.png"), top);
+    assert_eq!(draw("--camera 0,0,1", "same.png"), top);
+    assert_ne!(draw("--camera front", "front.png"), top);
+    assert_ne!(draw("--camera top --up x", "turned.png"), top);
+
+    let svg = String::from_utf8(draw("--legend --color type", "a.svg")).unwrap();
+    assert!(
+        svg.starts_with("<svg ") && svg.contains(">plane</text>"),
+        "{svg}"
+    );
+    assert!(draw("--stages", "a.pdf").starts_with(b"%PDF-"));
+    assert_eq!(draw("", "b.pdf"), draw("", "c.pdf"));
+    for (arguments, code, text) in [
+        ("-o a.gif", 2, "give a name that ends in .png, .svg or .pdf"),
+        ("-o a.png --camera above", 2, "is not a viewpoint"),
+        ("-o a.png --up w", 2, "is not an axis"),
+        ("-o a.png --background pink", 2, "is not a background"),
+        (
+            "-o a.png --color nothing",
+            1,
+            "it has no label layer `nothing`",
+        ),
+    ] {
+        check(
+            path,
+            &format!("render steps/p0.step {arguments}"),
+            code,
+            text,
+        );
+    }
+}

@@ -16,16 +16,14 @@ fn every_source_is_listed_with_its_numbers() {
     let rows: Vec<serde_json::Value> =
         serde_json::from_str(&check(folder.path(), &["sources", "--json"], 0, "")).unwrap();
     let lines: Vec<&str> = table.lines().collect();
-    assert_eq!(lines.len(), rows.len() + 1, "{table}");
-    assert_eq!(
-        lines[0].split_whitespace().collect::<Vec<_>>(),
-        ["source", "number", "labels"]
-    );
+    assert_eq!(lines.len(), rows.len() + 2, "{table}");
+    assert_eq!(lines[0], "| source | number | labels |");
 
-    for (line, row) in lines[1..].iter().zip(&rows) {
+    for (line, row) in lines[2..].iter().zip(&rows) {
         let [name, description] = ["name", "description"].map(|key| row[key].as_str().unwrap());
         assert!(
-            line.starts_with(name) && line.ends_with(description),
+            line.starts_with(&format!("| {name} |"))
+                && line.ends_with(&format!("| {description} |")),
             "{line}"
         );
         let has_number = name.ends_with('>') && !name.ends_with("<SOURCE>");

@@ -66,7 +66,7 @@ pub use carrier::npz::{
 };
 pub use format_version::FORMAT_VERSION;
 pub use mesh::foreign::MeshFileError;
-pub use mesh::glb::{GlbError, carrier_to_glb};
+pub use mesh::glb::{GlbError, GlbNodes, carrier_to_glb};
 pub use mesh::gltf::error::GltfError;
 pub use mesh::gltf::read::marked_mesh_from_gltf;
 pub use mesh::labeled_mesh::LabeledMesh;
@@ -75,7 +75,9 @@ pub use mesh::obj::read::{marked_mesh_from_obj, mesh_from_obj};
 pub use mesh::obj::write::{integer_lines, mesh_to_obj};
 pub use mesh::off::mesh_from_off;
 pub use mesh::ply::marked::{marked_mesh_from_ply, marked_points_from_ply};
-pub use mesh::ply::points::{PlyError, PlyPoints, points_from_ply, points_to_ply};
+pub use mesh::ply::points::{
+    PlyError, PlyPoints, colored_points_to_ply, points_from_ply, points_to_ply,
+};
 pub use mesh::ply::read::{PlyScene, scene_from_ply};
 pub use mesh::ply::write::mesh_to_ply;
 pub use mesh::stl::mesh_from_stl;

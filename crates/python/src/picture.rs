@@ -3,7 +3,7 @@
 use crate::background::compute;
 use crate::errors::usage;
 use partprobe_carrier::Carrier;
-use partprobe_render::{PictureStyle, Viewpoint};
+use partprobe_render::PictureStyle;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use std::sync::Arc;
@@ -32,7 +32,7 @@ pub(crate) fn png<'py>(
     let style = PictureStyle {
         label,
         size,
-        viewpoint: Viewpoint::Best,
+        ..PictureStyle::default()
     };
     let carrier = carrier.clone();
     let picture = compute(py, move || style.picture(&carrier))?.map_err(usage)?;

@@ -14,6 +14,25 @@ pub(crate) const CORNERS: [Point; 8] = [
     [-0.55, 0.75, -0.55],
 ];
 
+/// From where a shape is seen.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Look {
+    /// The direction from the shape to the camera.
+    pub(crate) toward: Point,
+    /// What points up in the picture; not parallel to `toward`.
+    pub(crate) up: Point,
+}
+
+impl Look {
+    /// A view with z up.
+    pub(crate) fn upright(toward: Point) -> Self {
+        Self {
+            toward,
+            up: [0.0, 0.0, 1.0],
+        }
+    }
+}
+
 /// The part of a picture's side that the shape fills.
 const FILLED: f64 = 0.92;
 
@@ -28,10 +47,10 @@ pub(crate) struct Camera {
 }
 
 impl Camera {
-    /// A camera in the direction `toward` that shows all of `points` in a square of `side` samples, with a margin.
-    pub(crate) fn fitted(points: &[Point], toward: Point, side: usize) -> Self {
-        let toward = unit(toward);
-        let right = unit(cross([0.0, 0.0, 1.0], toward));
+    /// A camera that shows all of `points` in a square of `side` samples, with a margin.
+    pub(crate) fn fitted(points: &[Point], look: Look, side: usize) -> Self {
+        let toward = unit(look.toward);
+        let right = unit(cross(look.up, toward));
         let up = cross(toward, right);
         let axes = [right, up, toward];
         let (mut low, mut high) = ([f64::MAX; 3], [f64::MIN; 3]);
@@ -85,7 +104,7 @@ pub(crate) fn facet_normal([a, b, c]: [Point; 3]) -> Point {
     unit(cross(subtract(b, a), subtract(c, a)))
 }
 
-fn unit(vector: Point) -> Point {
+pub(crate) fn unit(vector: Point) -> Point {
     let length = norm(vector);
     if length > 0.0 && length.is_finite() {
         vector.map(|x| x / length)

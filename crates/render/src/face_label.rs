@@ -1,8 +1,11 @@
-//! Tells which number of a face is shown or exported: its part, its primitive type, its own index, or its label in a stored layer.
+//! Tells which number of a face is shown or exported: its part, its primitive type, its own index, its color in the CAD file, or its
+//! label in a stored layer.
 
-use crate::{color_of_type, colors_of_labels};
-use partprobe_carrier::Carrier;
+use crate::palette::UNLABELED;
+use crate::{Rgb, color_of_type, colors_of_labels};
+use partprobe_carrier::{Carrier, Color, Face};
 use serde::{Serialize, Serializer};
+use std::collections::BTreeMap;
 use std::convert::Infallible;
 use std::fmt;
 use std::str::FromStr;
@@ -18,6 +21,8 @@ pub enum FaceLabel {
     Type,
     /// The face itself.
     Face,
+    /// The color that the STEP file gives the face: 0 for the first color, 1 for the second, and so on; -1 for a face without one.
+    Cad,
     /// A label layer that the carrier stores, by its name.
     Layer(String),
 }
@@ -25,7 +30,7 @@ pub enum FaceLabel {
 /// A carrier does not store the label layer that is asked for.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "it has no label layer `{name}`, only {known}; choose part, raw-part, type, face or one of these layers (`label --layers` stores more)"
+    "it has no label layer `{name}`, only {known}; choose part, raw-part, type, face, cad or one of these layers (`label --layers` stores more)"
 )]
 pub struct MissingLayer {
     name: String,
@@ -34,11 +39,12 @@ pub struct MissingLayer {
 }
 
 /// The labels that need no layer, with their names on a command line.
-const BUILT_IN: [(&str, FaceLabel); 4] = [
+const BUILT_IN: [(&str, FaceLabel); 5] = [
     ("part", FaceLabel::Part),
     ("raw-part", FaceLabel::RawPart),
     ("type", FaceLabel::Type),
     ("face", FaceLabel::Face),
+    ("cad", FaceLabel::Cad),
 ];
 
 impl FromStr for FaceLabel {
@@ -84,6 +90,7 @@ impl FaceLabel {
                 .map(|face| i32::from(face.face_type.code()))
                 .collect()),
             Self::Face => Ok((0..).take(faces.len()).collect()),
+            Self::Cad => Ok(color_numbers(carrier)),
             Self::Layer(name) => match carrier.layer(name) {
                 Some(layer) => Ok(layer.of_face().to_vec()),
                 None => Err(missing(name, carrier)),
@@ -98,11 +105,12 @@ impl FaceLabel {
     pub fn parts_of_faces(&self, carrier: &Carrier) -> Result<Vec<i32>, MissingLayer> {
         match self {
             Self::RawPart | Self::Layer(_) => self.of_faces(carrier),
-            Self::Part | Self::Type | Self::Face => Self::Part.of_faces(carrier),
+            Self::Part | Self::Type | Self::Face | Self::Cad => Self::Part.of_faces(carrier),
         }
     }
 
-    /// The color of each face, different where labels touch; types have the same colors everywhere.
+    /// The color of each face, different where labels touch; types have the same colors everywhere. Colors of the CAD file are shown
+    /// as they are, and a face without one is gray.
     ///
     /// # Errors
     /// If the carrier does not have the layer.
@@ -110,6 +118,12 @@ impl FaceLabel {
         if *self == Self::Type {
             let faces = carrier.graph().faces.iter();
             return Ok(faces.map(|face| color_of_type(face.face_type)).collect());
+        }
+        if *self == Self::Cad {
+            let faces = carrier.graph().faces.iter();
+            return Ok(faces
+                .map(|face| face.color.map_or(UNLABELED, rgb))
+                .collect());
         }
         Ok(colors_of_labels(
             &self.of_faces(carrier)?,
@@ -124,9 +138,28 @@ impl FaceLabel {
             Self::Part | Self::RawPart => "part",
             Self::Type => "type",
             Self::Face => "face",
+            Self::Cad => "color",
             Self::Layer(_) => "label",
         }
     }
+}
+
+/// Red, green and blue without the opacity.
+fn rgb(Color(rgba): Color) -> Rgb {
+    let [r, g, b, _] = rgba.to_be_bytes();
+    [r, g, b]
+}
+
+/// Numbers the colors of the faces in the order in which the faces have them.
+fn color_numbers(carrier: &Carrier) -> Vec<i32> {
+    let mut number_of = BTreeMap::new();
+    let faces = carrier.graph().faces.iter();
+    let number = |face: &Face| {
+        let next = number_of.len() as i32;
+        face.color
+            .map_or(-1, |color| *number_of.entry(rgb(color)).or_insert(next))
+    };
+    faces.map(number).collect()
 }
 
 fn missing(name: &str, carrier: &Carrier) -> MissingLayer {
@@ -143,7 +176,7 @@ mod tests {
 
     #[test]
     fn names_are_read_as_they_are_written() {
-        for name in ["part", "raw-part", "type", "face", "ward-20"] {
+        for name in ["part", "raw-part", "type", "face", "cad", "ward-20"] {
             let Ok(label) = name.parse::<FaceLabel>();
             assert_eq!(label.to_string(), name);
             assert_eq!(matches!(label, FaceLabel::Layer(_)), name == "ward-20");

@@ -1,4 +1,4 @@
-//! Holds a small typeface for captions: letters of 5 by 8 dots, drawn for this program.
+//! Holds a small typeface for captions: letters of 5 by 8 dots, drawn for this program. Neighboring dots are joined by strokes.
 
 /// Dots in a row of a letter.
 pub(crate) const WIDTH: usize = 5;
@@ -22,6 +22,48 @@ pub(crate) fn glyph(character: char) -> [u8; HEIGHT] {
             .fold(0, |bits, dot| bits << 1 | u8::from(dot == '#'));
     }
     dots
+}
+
+/// A stroke between the centers of two dots, from the upper left corner of the letter: to the right, and down. A single dot is a
+/// stroke between equal points.
+pub(crate) type Stroke = [[f64; 2]; 2];
+
+/// The strokes of a character, in dots.
+///
+/// Dots that touch at a corner are joined only if no other dot joins them, so that bends stay round and corners stay sharp.
+pub(crate) fn strokes(character: char) -> Vec<Stroke> {
+    let rows = glyph(character);
+    let has = |row: usize, column: usize| {
+        row < HEIGHT && column < WIDTH && rows[row] >> (WIDTH - 1 - column) & 1 == 1
+    };
+    let at = |row: usize, column: usize| [column as f64 + 0.5, row as f64 + 0.5];
+    let mut strokes = Vec::new();
+    for (row, column) in (0..HEIGHT).flat_map(|row| (0..WIDTH).map(move |column| (row, column))) {
+        if !has(row, column) {
+            continue;
+        }
+        let from = at(row, column);
+        strokes.push([from, from]);
+        let (right, below) = (has(row, column + 1), has(row + 1, column));
+        if right {
+            strokes.push([from, at(row, column + 1)]);
+        }
+        if below {
+            strokes.push([from, at(row + 1, column)]);
+        }
+        if !right && !below && has(row + 1, column + 1) {
+            strokes.push([from, at(row + 1, column + 1)]);
+        }
+        let left = column.checked_sub(1);
+        if let Some(left) = left
+            && !below
+            && !has(row, left)
+            && has(row + 1, left)
+        {
+            strokes.push([from, at(row + 1, left)]);
+        }
+    }
+    strokes
 }
 
 /// Each character with its rows from the top.

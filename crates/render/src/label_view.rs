@@ -1,9 +1,9 @@
 //! Draws labels of triangles from one viewpoint, so that pictures of one shape by several sources can be compared.
 
-use crate::camera::CORNERS;
+use crate::camera::{CORNERS, Look};
 use crate::palette::{UNLABELED, chosen_colors};
 use crate::view::View;
-use crate::{Image, Rgb};
+use crate::{Background, Image, Rgb};
 use partprobe_carrier::{Mesh, Point, weld};
 use std::collections::BTreeSet;
 
@@ -27,8 +27,9 @@ impl LabelView {
     pub fn seeing_most(mesh: &Mesh, labels: &[i32], size: usize) -> Self {
         let labeled = with_labels_as_faces(mesh, labels);
         let of_face = faces_of(labels);
-        let n_visible =
-            |corner: usize| View::of(&labeled, CORNERS[corner], TRIAL_SIDE).n_visible(&of_face);
+        let n_visible = |corner: usize| {
+            View::of(&labeled, Look::upright(CORNERS[corner]), TRIAL_SIDE).n_visible(&of_face)
+        };
         let best =
             (0..CORNERS.len()).max_by_key(|&corner| (n_visible(corner), std::cmp::Reverse(corner)));
         Self {
@@ -50,10 +51,10 @@ impl LabelView {
         let colors: Vec<Rgb> = of_face.iter().map(color).collect();
         View::of(
             &with_labels_as_faces(mesh, labels),
-            self.toward,
+            Look::upright(self.toward),
             self.size * FINENESS,
         )
-        .painted(&of_face, &colors, FINENESS)
+        .painted(&of_face, &colors, FINENESS, Background::White)
     }
 }
 
@@ -140,7 +141,7 @@ mod tests {
     fn a_picture_shows_the_colors_of_its_labels() {
         let view = LabelView::seeing_most(&square(), &[0, -1], 64);
         let image = view.picture(&square(), &[0, -1], &[[250, 0, 0]]);
-        let has = |is_wanted: fn(&[u8]) -> bool| image.rgb.chunks_exact(3).any(is_wanted);
+        let has = |is_wanted: fn(&[u8]) -> bool| image.rgba.chunks_exact(4).any(is_wanted);
         assert!(has(|pixel| pixel[0] > 140 && pixel[1] == 0));
         assert!(has(
             |pixel| pixel[0] == pixel[1] && (80..170).contains(&pixel[0])

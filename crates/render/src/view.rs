@@ -1,6 +1,7 @@
 //! Fills the z-buffer: which face each sample of a picture sees.
 
-use crate::camera::{Camera, facet_normal};
+use crate::Background;
+use crate::camera::{Camera, Look, facet_normal};
 use crate::image::Image;
 use partprobe_carrier::{Mesh, Point, dot, smooth_normals};
 use std::collections::BTreeMap;
@@ -28,10 +29,9 @@ pub(crate) struct View {
 }
 
 impl View {
-    /// What a camera in the direction `toward` sees of the mesh, in a square of `side` samples.
-    pub(crate) fn of(mesh: &Mesh, toward: Point, side: usize) -> Self {
-        let camera = Camera::fitted(&mesh.vertices, toward, side);
-        let normals = smooth_normals(mesh);
+    /// What is seen of the mesh, in a square of `side` samples.
+    pub(crate) fn of(mesh: &Mesh, look: Look, side: usize) -> Self {
+        let camera = Camera::fitted(&mesh.vertices, look, side);
         let n_samples = side * side;
         let mut view = Self {
             side,
@@ -43,77 +43,38 @@ impl View {
             view.fill_points(mesh, &camera);
             return view;
         }
-        for (triangle, corners) in mesh.triangles.iter().enumerate() {
-            let places = mesh.corners(triangle);
-            let facet = facet_normal(places);
-            let shades = corners.map(|vertex| {
-                let normal = normals[vertex as usize].map(f64::from);
-                // Where a mean normal looks the other way, the facet's own is right.
-                camera.brightness(if dot(normal, facet) > 0.0 {
-                    normal
-                } else {
-                    facet
-                })
-            });
+        let normals = smooth_normals(mesh);
+        for triangle in 0..mesh.triangles.len() {
             view.fill(
-                places.map(|place| camera.project(place)),
-                shades,
+                mesh.corners(triangle).map(|place| camera.project(place)),
+                corner_shades(mesh, &normals, &camera, triangle),
                 mesh.tri_face[triangle],
             );
         }
         view
     }
 
-    /// Fills a square for each point of a cloud, so large that a closed surface of this many points has few holes.
+    /// Fills a square for each point of a cloud.
     fn fill_points(&mut self, cloud: &Mesh, camera: &Camera) {
-        let n_points = cloud.triangles.len() as f64;
-        let half = (POINT_SIZE * self.side as f64 / n_points.sqrt()).max(0.5);
-        for (&[vertex, ..], &face) in cloud.triangles.iter().zip(&cloud.tri_face) {
-            let [x, y, depth] = camera.project(cloud.vertices[vertex as usize]);
-            let normal = cloud.vertex_normal[vertex as usize].map(f64::from);
-            let shades = [camera.brightness(normal); 3];
-            let corner = |u: f64, v: f64| [x + u * half, y + v * half, depth];
-            let [a, b, c, d] = [
-                corner(-1.0, -1.0),
-                corner(1.0, -1.0),
-                corner(1.0, 1.0),
-                corner(-1.0, 1.0),
-            ];
-            self.fill([a, b, c], shades, face);
-            self.fill([a, c, d], shades, face);
+        for (point, &face) in cloud.tri_face.iter().enumerate() {
+            let ([a, b, c, d], shade) = point_square(cloud, camera, point, self.side);
+            self.fill([a, b, c], [shade; 3], face);
+            self.fill([a, c, d], [shade; 3], face);
         }
     }
 
     /// Fills one projected triangle where nothing nearer has been drawn.
-    fn fill(&mut self, [a, b, c]: [Point; 3], shades: [f64; 3], face: u32) {
-        let area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
-        if area == 0.0 || !area.is_finite() {
-            return;
-        }
-        let range = |axis: usize| {
-            let low = a[axis].min(b[axis]).min(c[axis]).floor().max(0.0) as usize;
-            let high = a[axis].max(b[axis]).max(c[axis]).ceil().max(0.0) as usize;
-            low..high.min(self.side)
-        };
-        let (columns, rows) = (range(0), range(1));
-        for row in rows {
-            for column in columns.clone() {
-                let (x, y) = (column as f64 + 0.5, row as f64 + 0.5);
-                let p = ((b[0] - x) * (c[1] - y) - (b[1] - y) * (c[0] - x)) / area;
-                let q = ((c[0] - x) * (a[1] - y) - (c[1] - y) * (a[0] - x)) / area;
-                let weights = [p, q, 1.0 - p - q];
-                if weights.iter().any(|&weight| weight < 0.0) {
-                    continue;
-                }
-                let depth = dot(weights, [a[2], b[2], c[2]]) as f32;
-                let sample = row * self.side + column;
-                if self.depth[sample] < depth {
-                    self.depth[sample] = depth;
-                    self.face[sample] = face;
-                    self.shade[sample] = dot(weights, shades) as f32;
-                }
+    fn fill(&mut self, corners: [Point; 3], shades: [f64; 3], face: u32) {
+        let side = self.side;
+        for_each_sample(corners, side, |row, column, weights| {
+            let depth = dot(weights, corners.map(|corner| corner[2])) as f32;
+            let sample = row * side + column;
+            if self.depth[sample] < depth {
+                self.depth[sample] = depth;
+                self.face[sample] = face;
+                self.shade[sample] = dot(weights, shades) as f32;
             }
-        }
+        });
     }
 
     /// How many labels are seen.
@@ -129,18 +90,21 @@ impl View {
     }
 
     /// The picture in colors, `supersample` samples to each side of a pixel, with lines where labels meet.
+    ///
+    /// Where there is no surface, the background is seen.
     pub(crate) fn painted(
         &self,
         label_of_face: &[i32],
         color_of_face: &[[u8; 3]],
         supersample: usize,
+        background: Background,
     ) -> Image {
         let size = self.side / supersample;
         let per_pixel = (supersample * supersample) as f64;
-        let mut image = Image::white(size, size);
+        let mut image = Image::blank(size, size, background);
         for row in 0..size {
             for column in 0..size {
-                let mut sum = [0.0; 3];
+                let (mut sum, mut n_covered) = ([0.0; 3], 0.0);
                 for sample in 0..supersample * supersample {
                     let at = [
                         row * supersample + sample / supersample,
@@ -148,26 +112,25 @@ impl View {
                     ];
                     let color =
                         self.color_at(at, supersample.max(2) - 1, label_of_face, color_of_face);
-                    sum = [0, 1, 2].map(|channel| sum[channel] + color[channel]);
+                    if let Some(color) = color {
+                        sum = [0, 1, 2].map(|channel| sum[channel] + color[channel]);
+                        n_covered += 1.0;
+                    }
                 }
-                image.set(
-                    row,
-                    column,
-                    sum.map(|total| (total / per_pixel).round() as u8),
-                );
+                image.set(row, column, mixed(sum, n_covered, per_pixel, background));
             }
         }
         image
     }
 
-    /// The color of a sample, 0 to 255; lines are `reach` samples wide.
+    /// The color of a sample, 0 to 255; `None` where the background is seen. Lines are `reach` samples wide.
     fn color_at(
         &self,
         [row, column]: [usize; 2],
         reach: usize,
         label: &[i32],
         color: &[[u8; 3]],
-    ) -> [f64; 3] {
+    ) -> Option<[f64; 3]> {
         let own = row * self.side + column;
         let others = [(row, column + reach), (row + reach, column)]
             .into_iter()
@@ -178,12 +141,12 @@ impl View {
             .max()
             .unwrap_or(Border::None);
         match (self.face[own], border) {
-            (_, Border::Line) => [255.0 * LINE; 3],
-            (NOTHING, _) => [255.0; 3],
+            (_, Border::Line) => Some([255.0 * LINE; 3]),
+            (NOTHING, _) => None,
             (face, border) => {
                 let seam = if border == Border::Seam { SEAM } else { 1.0 };
-                color[face as usize]
-                    .map(|channel| f64::from(channel) * f64::from(self.shade[own]) * seam)
+                let shaded = |channel| f64::from(channel) * f64::from(self.shade[own]) * seam;
+                Some(color[face as usize].map(shaded))
             }
         }
     }
@@ -200,6 +163,94 @@ impl View {
             Border::Seam
         } else {
             Border::None
+        }
+    }
+}
+
+/// The mean of the samples of a pixel, of which `n_covered` show a surface with these colors in sum.
+fn mixed(sum: [f64; 3], n_covered: f64, n_samples: f64, background: Background) -> [u8; 4] {
+    let opaque = |[r, g, b]: [u8; 3]| [r, g, b, 255];
+    match background.color() {
+        Some(color) => opaque([0, 1, 2].map(|channel| {
+            let behind = (n_samples - n_covered) * f64::from(color[channel]);
+            ((sum[channel] + behind) / n_samples).round() as u8
+        })),
+        None if n_covered == 0.0 => [0; 4],
+        None => {
+            let [r, g, b] = sum.map(|total| (total / n_covered).round() as u8);
+            [r, g, b, (255.0 * n_covered / n_samples).round() as u8]
+        }
+    }
+}
+
+/// The brightness at the corners of a triangle.
+pub(crate) fn corner_shades(
+    mesh: &Mesh,
+    normals: &[[f32; 3]],
+    camera: &Camera,
+    triangle: usize,
+) -> [f64; 3] {
+    let facet = facet_normal(mesh.corners(triangle));
+    mesh.triangles[triangle].map(|vertex| {
+        let normal = normals[vertex as usize].map(f64::from);
+        // Where a mean normal looks the other way, the facet's own is right.
+        camera.brightness(if dot(normal, facet) > 0.0 {
+            normal
+        } else {
+            facet
+        })
+    })
+}
+
+/// The projected corners of the square that shows a point of a cloud, and its brightness. Squares are so large that a closed
+/// surface of this many points has few holes.
+pub(crate) fn point_square(
+    cloud: &Mesh,
+    camera: &Camera,
+    point: usize,
+    side: usize,
+) -> ([Point; 4], f64) {
+    let n_points = cloud.triangles.len() as f64;
+    let half = (POINT_SIZE * side as f64 / n_points.sqrt()).max(0.5);
+    let [vertex, ..] = cloud.triangles[point];
+    let [x, y, depth] = camera.project(cloud.vertices[vertex as usize]);
+    let normal = cloud.vertex_normal[vertex as usize].map(f64::from);
+    let corner = |u: f64, v: f64| [x + u * half, y + v * half, depth];
+    let corners = [
+        corner(-1.0, -1.0),
+        corner(1.0, -1.0),
+        corner(1.0, 1.0),
+        corner(-1.0, 1.0),
+    ];
+    (corners, camera.brightness(normal))
+}
+
+/// Visits each sample of a square of `side` samples whose center is inside of a projected triangle, with its row, its column and
+/// the weights of the three corners.
+pub(crate) fn for_each_sample(
+    [a, b, c]: [Point; 3],
+    side: usize,
+    mut visit: impl FnMut(usize, usize, [f64; 3]),
+) {
+    let area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
+    if area == 0.0 || !area.is_finite() {
+        return;
+    }
+    let range = |axis: usize| {
+        let low = a[axis].min(b[axis]).min(c[axis]).floor().max(0.0) as usize;
+        let high = a[axis].max(b[axis]).max(c[axis]).ceil().max(0.0) as usize;
+        low..high.min(side)
+    };
+    let (columns, rows) = (range(0), range(1));
+    for row in rows {
+        for column in columns.clone() {
+            let (x, y) = (column as f64 + 0.5, row as f64 + 0.5);
+            let p = ((b[0] - x) * (c[1] - y) - (b[1] - y) * (c[0] - x)) / area;
+            let q = ((c[0] - x) * (a[1] - y) - (c[1] - y) * (a[0] - x)) / area;
+            let weights = [p, q, 1.0 - p - q];
+            if weights.iter().all(|&weight| weight >= 0.0) {
+                visit(row, column, weights);
+            }
         }
     }
 }
@@ -236,24 +287,28 @@ mod tests {
         }
     }
 
-    const FRONT: Point = [0.0, -1.0, 0.0];
+    const FRONT: Look = Look {
+        toward: [0.0, -1.0, 0.0],
+        up: [0.0, 0.0, 1.0],
+    };
+    const WHITE: Background = Background::White;
     const COLORS: [[u8; 3]; 2] = [[200, 0, 0], [0, 200, 0]];
 
     fn n_dark(image: &Image) -> usize {
         image
-            .rgb
-            .chunks_exact(3)
-            .filter(|pixel| pixel.iter().all(|&channel| channel < 130))
+            .rgba
+            .chunks_exact(4)
+            .filter(|pixel| pixel[..3].iter().all(|&channel| channel < 130))
             .count()
     }
 
     #[test]
     fn a_face_is_seen_in_its_color_and_the_rest_is_white() {
         let view = View::of(&square(), FRONT, 96);
-        let image = view.painted(&[0, 1], &COLORS, 3);
-        assert_eq!((image.width, image.rgb.len()), (32, 32 * 32 * 3));
-        let pixel = |row: usize, column: usize| &image.rgb[(row * 32 + column) * 3..][..3];
-        assert_eq!(pixel(0, 0), [255; 3]);
+        let image = view.painted(&[0, 1], &COLORS, 3, WHITE);
+        assert_eq!((image.width, image.rgba.len()), (32, 32 * 32 * 4));
+        let pixel = |row: usize, column: usize| &image.rgba[(row * 32 + column) * 4..][..4];
+        assert_eq!(pixel(0, 0), [255; 4]);
         let [lower, upper] = [pixel(24, 20), pixel(8, 12)];
         assert!(
             lower[0] > 150 && lower[1] == 0 && upper[1] > 150 && upper[0] == 0,
@@ -262,11 +317,23 @@ mod tests {
     }
 
     #[test]
+    fn a_background_is_seen_where_there_is_no_surface() {
+        let view = View::of(&square(), FRONT, 96);
+        let corner = |background| view.painted(&[0, 1], &COLORS, 3, background).rgba[..4].to_vec();
+        assert_eq!(corner(Background::Transparent), [0; 4]);
+        assert_eq!(corner(Background::Color([1, 2, 3])), [1, 2, 3, 255]);
+        let image = view.painted(&[0, 1], &COLORS, 3, Background::Transparent);
+        let alphas = || image.rgba.chunks_exact(4).map(|pixel| pixel[3]);
+        assert!(alphas().any(|alpha| alpha == 255));
+        assert!(alphas().any(|alpha| 0 < alpha && alpha < 255));
+    }
+
+    #[test]
     fn lines_stand_between_labels_and_seams_between_faces() {
         let view = View::of(&square(), FRONT, 96);
         let (two, one) = (
-            view.painted(&[0, 1], &COLORS, 3),
-            view.painted(&[0, 0], &[COLORS[0]; 2], 3),
+            view.painted(&[0, 1], &COLORS, 3, WHITE),
+            view.painted(&[0, 0], &[COLORS[0]; 2], 3, WHITE),
         );
         assert!(
             n_dark(&two) > n_dark(&one) + 20,
@@ -306,10 +373,10 @@ mod tests {
         cloud.tri_face = (0..100).map(|point| u32::from(50 <= point)).collect();
         let view = View::of(&cloud, FRONT, 96);
         assert_eq!(view.n_visible(&[0, 1]), 2);
-        let image = view.painted(&[0, 1], &COLORS, 3);
+        let image = view.painted(&[0, 1], &COLORS, 3, WHITE);
         let n_red = image
-            .rgb
-            .chunks_exact(3)
+            .rgba
+            .chunks_exact(4)
             .filter(|pixel| pixel[0] > 100 && pixel[1] == 0);
         assert!(n_red.count() > 200);
     }
@@ -319,8 +386,8 @@ mod tests {
         let empty = View::of(&Mesh::default(), FRONT, 32);
         assert!(
             empty
-                .painted(&[], &[], 2)
-                .rgb
+                .painted(&[], &[], 2, WHITE)
+                .rgba
                 .iter()
                 .all(|&channel| channel == 255)
         );

@@ -91,7 +91,7 @@ pub(crate) fn run(
     folder.write_json("tables.json", &made.json)?;
     let page = report::html(&made, &ids, &arms);
     folder.write("report.html", page.as_bytes())?;
-    crate::stdout::print_result(made.markdown.trim_end())
+    crate::stdout::print_result_tables(made.markdown.trim_end())
 }
 
 impl Probe<'_> {

@@ -48,13 +48,13 @@ pub(super) fn write_pictures(
     let plain = vec![-1; learned.len()];
     let mut cells = vec![
         view.picture(mesh, of_reference, &colors)
-            .with_caption("reference", "", 1),
+            .with_caption("reference", "", 1.0),
         view.picture(&reconstruction.mesh, &plain, &[])
-            .with_caption("reconstruction", "", 1),
+            .with_caption("reconstruction", "", 1.0),
     ];
     if labels.is_some() {
         let picture = view.picture(&reconstruction.mesh, &learned, &colors);
-        cells.push(picture.with_caption(&fit.arm, ": learned", 1));
+        cells.push(picture.with_caption(&fit.arm, ": learned", 1.0));
     }
     let sheet = Image::sheet(&cells, cells.len());
     probe

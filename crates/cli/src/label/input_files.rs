@@ -205,7 +205,8 @@ fn not_there(path: &Path, error: &io::Error) -> String {
             format!("{path_text} is a link to a file that does not exist")
         }
         io::ErrorKind::NotFound if path == Path::new("-") => {
-            "`-` is not a file; `--list -` reads a list of paths from the standard input".to_owned()
+            "`-` is the standard input, and this command reads files only; store it in a file first"
+                .to_owned()
         }
         io::ErrorKind::NotFound => format!("{path_text} does not exist"),
         _ => format!("{path_text}: {error}"),

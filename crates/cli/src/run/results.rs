@@ -9,7 +9,7 @@ use super::stages::Run;
 use super::training_job::TrainingRecord;
 use crate::MISSED_BOUND;
 use crate::config::Config;
-use crate::stdout::print_result;
+use crate::stdout::{print_result, print_result_tables};
 use crate::usage::UsageError;
 use anyhow::{Result, ensure};
 use partprobe_carrier::STEP_PARTS;
@@ -88,10 +88,10 @@ impl Run<'_> {
         write_scores(folder, rows)?;
 
         // What was selected, and how labels collide in tokens, was said on stderr before the training.
-        print_result(tables.to_markdown())?;
-        endpoints.iter().try_for_each(print_result)?;
+        print_result_tables(tables.to_markdown())?;
+        endpoints.iter().try_for_each(print_result_tables)?;
         if let Some(text) = beside_paper {
-            print_result(text)?;
+            print_result_tables(text)?;
         }
         print_result(format_args!("run folder: {}", folder.root().display()))?;
         print_expectations(&outcomes)

@@ -8,7 +8,7 @@ use crate::output_folder::{ensure_empty, make_folder};
 use crate::shape_input::{ShapeArgs, ShapeInput, ShapeInputs};
 use crate::shape_loop::for_each_measured;
 use crate::stderr;
-use crate::stdout::print_line;
+use crate::stdout::{print_line, print_tables};
 use crate::usage::UsageError;
 use anyhow::{Context, Result, ensure};
 use partprobe_calibration::{
@@ -78,14 +78,11 @@ pub(crate) fn calibrate(args: &CalibrateArgs) -> Result<()> {
     if let Some(out) = &args.out {
         write_tables(out, &tables)?;
     }
-    print_line(
-        if args.json {
-            tables.to_json()
-        } else {
-            tables.to_markdown()
-        }
-        .trim_end(),
-    )
+    if args.json {
+        print_line(tables.to_json().trim_end())
+    } else {
+        print_tables(tables.to_markdown().trim_end())
+    }
 }
 
 fn settings(args: &CalibrateArgs) -> Result<CalibrationSettings> {

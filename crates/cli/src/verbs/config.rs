@@ -1,7 +1,8 @@
 //! Runs `partprobe config`: it lists the shipped configs, prints one with everything that it builds on, and checks a file.
 
 use crate::config::{load, shipped, shipped_names};
-use crate::stdout::{print_line, print_result};
+use crate::markdown_table::{Alignment, markdown_table};
+use crate::stdout::{print_line, print_result, print_tables};
 use anyhow::Result;
 
 /// List, print and check configs
@@ -71,12 +72,15 @@ pub(crate) fn config(args: &ConfigArgs) -> Result<()> {
 }
 
 fn list() -> Result<()> {
-    let width = shipped_names().map(str::len).max().unwrap_or_default();
-    for name in shipped_names() {
+    let rows = shipped_names().map(|name| {
         let about = shipped(name).map(first_sentence).unwrap_or_default();
-        print_line(format_args!("{name:width$}  {about}"))?;
-    }
-    Ok(())
+        [name.to_owned(), about]
+    });
+    print_tables(markdown_table(
+        ["config", "about"],
+        [Alignment::Left, Alignment::Left],
+        rows,
+    ))
 }
 
 /// The first sentence of the comment that a config begins with, without what follows a colon.

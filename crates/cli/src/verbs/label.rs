@@ -1,12 +1,13 @@
 //! Runs `partprobe label`: the arguments, and the summary that is printed.
 
-use crate::config::{self, Attribute, Emit};
+use crate::config::{self, Attribute, Config, Emit};
 use crate::counted::counted;
 use crate::interrupt::Interrupt;
 use crate::label::{LabelJob, Shard, label_paths};
 use crate::output_folder::is_output_error;
+use crate::standard_input::{STDIN_NAME, StandardInput, is_standard_input, with_standard_input};
 use crate::stdout::print_line;
-use crate::usage::as_usage_error;
+use crate::usage::{UsageError, as_usage_error};
 use anyhow::{Result, ensure};
 use partprobe_dataset::{INDEX_FILE, SETTINGS_FILE, Status};
 use std::path::PathBuf;
@@ -18,6 +19,7 @@ use std::path::PathBuf;
   partprobe label a.step b.step --out dataset/ --jobs 4     files
   partprobe label list.txt --out dataset/ --unit solid      a text file with one path per line
   find . -name '*.stp' | partprobe label --list - --out dataset/
+  curl https://example.org/bracket.step | partprobe label - --out dataset/ --stdin-name bracket
   partprobe label abc_0000.7z --out dataset/ --resume       an archive, started or resumed
   partprobe label abc/ --out share1/ --shard 1/4            a quarter of the files, for `merge`
   partprobe label abc/ --out dataset/ --retry over-budget,timed-out --set label.watchdog_s=3600
@@ -36,12 +38,15 @@ What is done is on disk at once: after Ctrl-C, a kill or a power cut, --resume c
 Exit codes: 0 at least one shape labeled (with --strict: no bad file), 1 none, 2 wrong usage, 130 stopped by Ctrl-C.
 Of a finished data set, --resume labels again what is missing, damaged or changed.")]
 pub(crate) struct LabelArgs {
-    /// STEP files (packed ones too), archives of them, folders, or text files that list paths.
+    /// STEP files (packed ones too), archives of them, folders, or text files that list paths; `-` is the standard input.
     #[arg(required_unless_present = "list", value_name = "PATH")]
     paths: Vec<PathBuf>,
     /// A file with one path on each line, even if its lines do not look like paths; `-` is the standard input.
     #[arg(long, value_name = "FILE")]
     list: Vec<PathBuf>,
+    /// The name of the file that `-` reads, which gives its shape an id. Its ending says what it is; without one, the first bytes do.
+    #[arg(long, default_value = STDIN_NAME, value_name = "NAME")]
+    stdin_name: String,
     /// The folder to write.
     #[arg(long, value_name = "DATASET")]
     out: PathBuf,
@@ -139,8 +144,11 @@ enum Kernel {
 /// # Errors
 /// If no file could be labeled, or with `--strict` any could not.
 pub(crate) fn label(args: &LabelArgs) -> Result<()> {
-    let summary = label_paths(&job(args)?, &Interrupt::listen()?)
-        .map_err(|error| with_advice(error, args))?;
+    // The standard input is read before anybody listens for Ctrl-C, which then ends the wait for it. The file lives as long as the
+    // batch.
+    let (job, _standard_input) = job(args)?;
+    let summary =
+        label_paths(&job, &Interrupt::listen()?).map_err(|error| with_advice(error, args))?;
     print_line(&summary)?;
     // A small share of a small batch may hold nothing at all.
     let is_empty_share = args.shard.is_some() && summary.n_files == 0;
@@ -173,7 +181,35 @@ fn with_advice(error: anyhow::Error, args: &LabelArgs) -> anyhow::Error {
     ))
 }
 
-fn job(args: &LabelArgs) -> Result<LabelJob> {
+/// What is labeled; the second value is the standard input, if it is labeled too.
+fn job(args: &LabelArgs) -> Result<(LabelJob, Option<StandardInput>)> {
+    let is_dash = |path: &PathBuf| is_standard_input(path);
+    ensure!(
+        !(args.paths.iter().any(is_dash) && args.list.iter().any(is_dash)),
+        UsageError(
+            "`-` is given as a file and as a list, and the standard input can be read only once"
+                .to_owned()
+        )
+    );
+    let config = job_config(args)?;
+    let max_bytes = config.label.max_file_mb << 20;
+    let (paths, input) = with_standard_input(&args.paths, &args.stdin_name, max_bytes)?;
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let n_workers = args.jobs.map_or(cores, usize::from);
+    let job = LabelJob::in_folder(&paths, &args.out, &config, n_workers);
+    let job = job.with_lists(&args.list).of_shard(args.shard);
+    let outcomes: Vec<Status> = args.retry.iter().map(|&retry| retry.into()).collect();
+    let job = match (args.force, args.resume, outcomes.as_slice()) {
+        (true, ..) => job.replacing(),
+        (_, _, [_, ..]) => job.retrying(&outcomes),
+        (_, true, []) => job.resuming(),
+        _ => job,
+    };
+    Ok((job, input))
+}
+
+/// The settings of the config and of the arguments that stand for settings.
+fn job_config(args: &LabelArgs) -> Result<Config> {
     let mut overrides = args.set.clone();
     overrides.extend(args.unit.map(|unit| match unit {
         Unit::File => "label.unit=file".to_owned(),
@@ -202,15 +238,5 @@ fn job(args: &LabelArgs) -> Result<LabelJob> {
         config.label.emit.clone_from(&args.emit);
         config.check().map_err(as_usage_error)?;
     }
-    let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    let n_workers = args.jobs.map_or(cores, usize::from);
-    let job = LabelJob::in_folder(&args.paths, &args.out, &config, n_workers);
-    let job = job.with_lists(&args.list).of_shard(args.shard);
-    let outcomes: Vec<Status> = args.retry.iter().map(|&retry| retry.into()).collect();
-    Ok(match (args.force, args.resume, outcomes.as_slice()) {
-        (true, ..) => job.replacing(),
-        (_, _, [_, ..]) => job.retrying(&outcomes),
-        (_, true, []) => job.resuming(),
-        _ => job,
-    })
+    Ok(config)
 }

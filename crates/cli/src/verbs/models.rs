@@ -1,9 +1,9 @@
 //! Runs `partprobe models`: it lists the backbones that a config can choose, with their sizes.
 
 use crate::config::{Config, LoadedConfig, load, shipped_names};
-use crate::stdout::print_line;
-use crate::text_table::Alignment::{Left, Right};
-use crate::text_table::text_table;
+use crate::markdown_table::Alignment::{Left, Right};
+use crate::markdown_table::markdown_table;
+use crate::stdout::{print_line, print_tables};
 use anyhow::{Result, bail};
 use partprobe_dataset::json_document;
 use partprobe_net::{BackboneConfig, Model, NetConfig, TokenConfig, TrainTokens};
@@ -41,7 +41,7 @@ pub(crate) fn models(args: &ModelsArgs) -> Result<()> {
     if args.json {
         return print_line(String::from_utf8_lossy(&json_document(&rows)?).trim_end());
     }
-    print_line(table(&rows))
+    print_tables(table(&rows))
 }
 
 /// The first shipped config that chooses this type of backbone.
@@ -146,5 +146,5 @@ fn table(rows: &[Row]) -> String {
         "tokens train / test",
     ];
     let alignment = [Left, Left, Right, Right, Left, Left, Left];
-    text_table(heading, alignment, rows.iter().map(Row::cells))
+    markdown_table(heading, alignment, rows.iter().map(Row::cells))
 }

@@ -2,8 +2,8 @@
 
 use crate::counted::counted;
 use crate::label_package::LabelPackage;
-use crate::stdout::print_line;
-use crate::text_table::{Alignment, text_table};
+use crate::markdown_table::{Alignment, markdown_table};
+use crate::stdout::{print_line, print_tables};
 use crate::usage::UsageError;
 use anyhow::{Result, ensure};
 use partprobe_dataset::write_atomically;
@@ -64,7 +64,7 @@ pub(crate) fn registry(args: &RegistryArgs) -> Result<()> {
     if args.json {
         return print_line(serde_json::to_string_pretty(&registry)?);
     }
-    print_line(text_of(&registry))
+    print_tables(text_of(&registry))
 }
 
 fn package(path: &Path) -> Result<PackageShapes> {
@@ -89,7 +89,7 @@ fn text_of(registry: &Registry) -> String {
             package.n_shapes.to_string(),
         ]
     });
-    let packages = text_table(
+    let packages = markdown_table(
         ["package", "settings", "program", "files", "shapes"],
         [Left, Left, Left, Right, Right],
         rows,

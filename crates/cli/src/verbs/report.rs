@@ -2,7 +2,7 @@
 
 use crate::counted::counted;
 use crate::scored_run::ScoredRun;
-use crate::stdout::{print_line, print_result};
+use crate::stdout::{print_line, print_result, print_result_tables};
 use crate::usage::UsageError;
 use anyhow::{Result, bail, ensure};
 use partprobe_dataset::{json_document, write_atomically};
@@ -94,7 +94,7 @@ pub(crate) fn report(args: &ReportArgs) -> Result<()> {
         })?;
         return print_line(String::from_utf8_lossy(&document).trim_end());
     }
-    print_result(tables.to_markdown())?;
+    print_result_tables(tables.to_markdown())?;
     print_result(format_args!(
         "Over {} that all {} were scored on.",
         counted(n_common, "test shape", "test shapes"),

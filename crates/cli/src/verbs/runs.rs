@@ -1,7 +1,7 @@
 //! Runs `partprobe runs`: it lists run folders, each with its data, its sources and its main score.
 
-use crate::stdout::print_line;
-use crate::text_table::{Alignment, text_table};
+use crate::markdown_table::{Alignment, markdown_table};
+use crate::stdout::{print_line, print_tables};
 use crate::usage::UsageError;
 use anyhow::{Context, Result, ensure};
 use partprobe_dataset::json_document;
@@ -45,6 +45,10 @@ struct ListedRun {
 /// # Errors
 /// If the folder cannot be read.
 pub(crate) fn runs(args: &RunsArgs) -> Result<()> {
+    ensure!(
+        args.folder.is_dir(),
+        UsageError(format!("{} is not a folder", args.folder.display()))
+    );
     let listed = listed_runs(&args.folder)?;
     if args.json {
         let document = json_document(&listed)?;
@@ -66,7 +70,7 @@ pub(crate) fn runs(args: &RunsArgs) -> Result<()> {
         Alignment::Right,
         Alignment::Right,
     ];
-    print_line(text_table(heading, alignment, listed.iter().map(cells)))
+    print_tables(markdown_table(heading, alignment, listed.iter().map(cells)))
 }
 
 fn cells(run: &ListedRun) -> [String; 6] {

@@ -4,7 +4,9 @@ use crate::audit::audited;
 use crate::counted::{counted, file_size};
 use crate::dataset_settings::DatasetSettings;
 use crate::label::ReasonCounts;
-use crate::stdout::print_line;
+use crate::markdown_table::Alignment::{self, Left, Right};
+use crate::markdown_table::markdown_table;
+use crate::stdout::{print_line, print_tables};
 use anyhow::{Context, Result, ensure};
 use partprobe_dataset::{
     Audit, Damage, Dataset, DatasetError, FileRecord, INDEX_FILE, IndexEntry, JOURNAL_FILE,
@@ -53,7 +55,7 @@ pub(crate) fn status(args: &StatusArgs) -> Result<()> {
         let text = json_document(&report)?;
         print_line(String::from_utf8_lossy(&text).trim_end())?;
     } else {
-        print_line(&report)?;
+        print_tables(&report)?;
     }
     let n_damaged = report.carriers.map_or(0, |audit| audit.damaged.len());
     let carriers = format!(
@@ -309,6 +311,43 @@ impl Report {
     }
 }
 
+/// Writes a table with an empty line before it.
+fn write_table<const N: usize>(
+    f: &mut fmt::Formatter<'_>,
+    heading: [&str; N],
+    alignment: [Alignment; N],
+    rows: impl Iterator<Item = [String; N]>,
+) -> fmt::Result {
+    writeln!(f, "\n{}", markdown_table(heading, alignment, rows))
+}
+
+fn write_reasons(f: &mut fmt::Formatter<'_>, reasons: &[FailureCount]) -> fmt::Result {
+    let rows = reasons.iter().take(N_SHOWN).map(|row| {
+        let (n, status) = (row.n.to_string(), row.status.to_owned());
+        [n, status, row.first.clone(), row.reason.clone()]
+    });
+    let heading = ["n", "status", "first", "reason"];
+    write_table(f, heading, [Right, Left, Left, Left], rows)?;
+    match reasons.len().saturating_sub(N_SHOWN) {
+        0 => Ok(()),
+        n_more => writeln!(f, "\nand {n_more} more, see --json"),
+    }
+}
+
+fn write_costly(
+    f: &mut fmt::Formatter<'_>,
+    what: &str,
+    unit: &str,
+    files: &[Costly],
+    cost: impl Fn(&Costly) -> String,
+) -> fmt::Result {
+    if files.is_empty() {
+        return Ok(());
+    }
+    let rows = files.iter().map(|file| [cost(file), file.source.clone()]);
+    write_table(f, [unit, &format!("{what} files")], [Right, Left], rows)
+}
+
 fn write_audit(f: &mut fmt::Formatter<'_>, audit: &Audit) -> fmt::Result {
     let Audit {
         n_read,
@@ -359,43 +398,25 @@ impl fmt::Display for Report {
             .unwrap_or_default();
         writeln!(f, "{rate}, {:.0} s in workers", self.worker_seconds)?;
         writeln!(f, "shapes: {}, {}", self.n_shapes, file_size(self.bytes))?;
-        for (status, n) in &self.by_status {
-            writeln!(f, "  {n} {status}")?;
-        }
-        writeln!(f, "reasons: {}", self.failures.len())?;
-        for FailureCount {
-            status,
-            reason,
-            n,
-            first,
-        } in self.failures.iter().take(N_SHOWN)
-        {
-            writeln!(f, "  {n} {status}: {reason} (first {first})")?;
+        let statuses = self.by_status.iter();
+        let rows = statuses.map(|(status, n)| [(*status).to_owned(), n.to_string()]);
+        write_table(f, ["status", "files or shapes"], [Left, Right], rows)?;
+        if !self.failures.is_empty() {
+            let n_reasons = counted(self.failures.len(), "reason", "reasons");
+            writeln!(f, "\n{n_reasons} why files or shapes have no carrier:")?;
+            write_reasons(f, &self.failures)?;
         }
         if !self.skipped.is_empty() {
-            writeln!(
-                f,
-                "skipped: {}",
-                self.skipped.iter().map(|row| row.n).sum::<u64>()
-            )?;
+            let n_skipped: u64 = self.skipped.iter().map(|row| row.n).sum();
+            writeln!(f, "\nskipped: {n_skipped}")?;
+            write_reasons(f, &self.skipped)?;
         }
-        for FailureCount {
-            reason, n, first, ..
-        } in self.skipped.iter().take(N_SHOWN)
-        {
-            writeln!(f, "  {n}: {reason} (first {first})")?;
-        }
-        writeln!(f, "slowest:")?;
-        for Costly {
-            source, seconds, ..
-        } in &self.slowest
-        {
-            writeln!(f, "  {:.2} s {source}", seconds.unwrap_or(0.0))?;
-        }
-        write!(f, "largest:")?;
-        for Costly { source, bytes, .. } in &self.largest {
-            write!(f, "\n  {} {source}", file_size(*bytes))?;
-        }
+        write_costly(f, "slowest", "seconds", &self.slowest, |file| {
+            format!("{:.2}", file.seconds.unwrap_or(0.0))
+        })?;
+        write_costly(f, "largest", "size", &self.largest, |file| {
+            file_size(file.bytes)
+        })?;
         self.carriers
             .as_ref()
             .map_or(Ok(()), |audit| write_audit(f, audit))

@@ -40,6 +40,13 @@ impl ArchiveKind {
             .iter()
             .find_map(|&(ending, kind)| Some((kind, without_ending(name, ending)?)))
     }
+
+    /// The ending that names of this kind mostly have, with its dot.
+    #[must_use]
+    pub fn ending(self) -> &'static str {
+        let of_kind = ENDINGS.iter().find(|(_, kind)| *kind == self);
+        of_kind.map_or("", |(ending, _)| ending)
+    }
 }
 
 #[cfg(test)]

@@ -1,4 +1,5 @@
-//! Writes a carrier as glTF 2.0 binary: one mesh with normals, colors and three sets of feature ids.
+//! Writes a carrier as glTF 2.0 binary: a node for each part below the nodes of its product, or one mesh of all. Meshes have normals,
+//! colors and three sets of feature ids.
 //!
 //! Positions stay in millimeters and z stays up in the buffers; the node scales to meters and turns y up, as glTF
 //! demands. Colors are per vertex, which is exact because a vertex belongs to one face. Feature ids follow
@@ -6,7 +7,7 @@
 
 use partprobe_carrier::{Carrier, FaceType, smooth_normals};
 use serde_json::{Value, json};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Feature ids are 32-bit floats, the only wide type that glTF has for vertices; they count exactly up to here.
 const MAX_FEATURES: usize = 1 << 24;
@@ -20,6 +21,15 @@ const UNSIGNED_INT: u32 = 5125;
 const ARRAY_BUFFER: u32 = 34962;
 /// glTF's number for a buffer of indices.
 const ELEMENT_ARRAY_BUFFER: u32 = 34963;
+
+/// How a shape is divided into nodes, which viewers and modeling programs list, hide and select.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum GlbNodes {
+    /// A node with a mesh for each part, below nodes for the products of the assembly.
+    Parts,
+    /// One node with one mesh.
+    One,
+}
 
 /// Why a carrier makes no GLB.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -57,6 +67,7 @@ pub fn carrier_to_glb(
     carrier: &Carrier,
     part_of_face: &[i32],
     color_of_face: &[[u8; 3]],
+    nodes: GlbNodes,
 ) -> Result<Vec<u8>, GlbError> {
     let (mesh, expected) = (carrier.mesh(), carrier.graph().faces.len());
     for found in [color_of_face.len(), part_of_face.len()] {
@@ -78,57 +89,208 @@ pub fn carrier_to_glb(
         return Err(GlbError::NotFinite(vertex));
     }
     let mut buffer = Buffer::default();
-    let primitive = primitive(&mut buffer, carrier, part_of_face, color_of_face);
-    let document = document(carrier, &primitive, buffer.json(), part_of_face);
-    container(&document, buffer.bytes)
+    let shape = ShapeData {
+        carrier,
+        part_of_face,
+        color_of_face,
+        normals: smooth_normals(mesh),
+    };
+    let scene = match nodes {
+        GlbNodes::One => shape.one_node(&mut buffer),
+        GlbNodes::Parts => shape.node_of_each_part(&mut buffer),
+    };
+    container(&document(scene, buffer.json()), buffer.bytes)
 }
 
-/// The attributes, indices and feature sets of the one primitive.
-fn primitive(
-    buffer: &mut Buffer,
-    carrier: &Carrier,
-    part_of_face: &[i32],
-    color_of_face: &[[u8; 3]],
-) -> Value {
-    let (mesh, faces) = (carrier.mesh(), &carrier.graph().faces);
-    let face_of_vertex = || mesh.vertex_face.iter().map(|&face| face as usize);
-    let positions: Vec<[f32; 3]> = mesh
-        .vertices
-        .iter()
-        .map(|at| at.map(|x| x as f32))
-        .collect();
-    let colors = face_of_vertex()
-        .map(|face| linear_rgba(color_of_face[face]))
-        .collect::<Vec<_>>();
-    let sets = [
-        FeatureSet::new("part", face_of_vertex().map(|face| part_of_face[face])),
-        FeatureSet::new("face", mesh.vertex_face.iter().map(|&face| face as i32)),
-        FeatureSet::new(
-            "type",
-            face_of_vertex().map(|face| i32::from(faces[face].face_type.code())),
-        ),
-    ];
-    let position = buffer.positions(&positions);
-    let mut attributes = json!({
-        "POSITION": position,
-        "NORMAL": buffer.vectors(&smooth_normals(mesh)),
-        "COLOR_0": buffer.colors(&colors),
-    });
-    for (number, set) in sets.iter().enumerate() {
-        attributes[format!("_FEATURE_ID_{number}")] = buffer.numbers(&set.ids).into();
+/// What the nodes and meshes are made of.
+struct ShapeData<'a> {
+    carrier: &'a Carrier,
+    part_of_face: &'a [i32],
+    color_of_face: &'a [[u8; 3]],
+    /// The normal at each vertex.
+    normals: Vec<[f32; 3]>,
+}
+
+/// Nodes, the first of which is the root, and the meshes that they show.
+#[derive(Default)]
+struct Scene {
+    nodes: Vec<Value>,
+    meshes: Vec<Value>,
+}
+
+impl Scene {
+    /// Adds a node below another one, and returns its index.
+    fn add_child(&mut self, parent: usize, node: Value) -> usize {
+        let child = self.nodes.len();
+        self.nodes.push(node);
+        match self.nodes[parent]["children"].as_array_mut() {
+            Some(children) => children.push(child.into()),
+            None => self.nodes[parent]["children"] = json!([child]),
+        }
+        child
     }
-    let feature_ids: Vec<Value> = sets
-        .iter()
-        .enumerate()
-        .map(|(number, set)| set.json(number))
-        .collect();
-    json!({
-        "attributes": attributes,
-        "indices": buffer.indices(&mesh.triangles),
-        "material": 0,
-        "mode": 4,
-        "extensions": { "EXT_mesh_features": { "featureIds": feature_ids } },
-    })
+}
+
+impl ShapeData<'_> {
+    fn one_node(&self, buffer: &mut Buffer) -> Scene {
+        let mut root = self.root();
+        root["mesh"] = 0.into();
+        let name = &self.carrier.meta().id;
+        let primitive = self.primitive(buffer, |_| true);
+        Scene {
+            nodes: vec![root],
+            meshes: vec![
+                json!({ "name": name, "primitives": [primitive], "extras": self.facts() }),
+            ],
+        }
+    }
+
+    /// The parts of each product occurrence are below the node of the occurrence. A part without a triangle has no node.
+    fn node_of_each_part(&self, buffer: &mut Buffer) -> Scene {
+        let mut root = self.root();
+        root["extras"] = self.facts();
+        let mut scene = Scene {
+            nodes: vec![root],
+            ..Scene::default()
+        };
+        let faces = &self.carrier.graph().faces;
+        let mut faces_of: BTreeMap<(u32, bool, i32), BTreeSet<u32>> = BTreeMap::new();
+        for &face in &self.carrier.mesh().tri_face {
+            let part = self.part_of_face[face as usize];
+            // What has no part comes last.
+            let key = (faces[face as usize].instance, part < 0, part);
+            faces_of.entry(key).or_default().insert(face);
+        }
+        let mut folders = BTreeMap::new();
+        let mut occurrence: Option<(u32, usize)> = None;
+        for ((instance, _, part), members) in &faces_of {
+            let parent = match occurrence {
+                Some((known, node)) if known == *instance => node,
+                _ => self.occurrence_node(&mut scene, &mut folders, *instance),
+            };
+            occurrence = Some((*instance, parent));
+            let name = if *part < 0 {
+                "no part".to_owned()
+            } else {
+                format!("part {part}")
+            };
+            let primitive = self.primitive(buffer, |face| members.contains(&face));
+            let extras = json!({ "part": part, "faces": members });
+            scene.add_child(
+                parent,
+                json!({ "mesh": scene.meshes.len(), "name": name, "extras": extras }),
+            );
+            scene
+                .meshes
+                .push(json!({ "name": name, "primitives": [primitive] }));
+        }
+        scene
+    }
+
+    /// Makes the node of a product occurrence, below the nodes of the products that contain it; the root if the file names none.
+    fn occurrence_node(
+        &self,
+        scene: &mut Scene,
+        folders: &mut BTreeMap<String, usize>,
+        instance: u32,
+    ) -> usize {
+        let instances = &self.carrier.meta().instances;
+        let path = instances
+            .get(instance as usize)
+            .map_or("", |instance| instance.path.as_str());
+        if path.is_empty() {
+            return 0;
+        }
+        let (above, own) = path.rsplit_once('/').unwrap_or(("", path));
+        let (mut parent, mut so_far) = (0, String::new());
+        for name in above.split('/').filter(|name| !name.is_empty()) {
+            so_far = so_far + "/" + name;
+            parent = match folders.get(&so_far) {
+                Some(&known) => known,
+                None => scene.add_child(parent, json!({ "name": name })),
+            };
+            folders.insert(so_far.clone(), parent);
+        }
+        // Two occurrences of one product have nodes of their own.
+        scene.add_child(parent, json!({ "name": own }))
+    }
+
+    /// The root: it scales to meters and turns y up.
+    fn root(&self) -> Value {
+        let half = std::f64::consts::FRAC_1_SQRT_2;
+        let name = &self.carrier.meta().id;
+        json!({ "name": name, "rotation": [-half, 0.0, 0.0, half], "scale": [0.001, 0.001, 0.001] })
+    }
+
+    /// What is known of the faces.
+    fn facts(&self) -> Value {
+        let (meta, faces) = (self.carrier.meta(), &self.carrier.graph().faces);
+        json!({
+            "source_sha256": meta.source_sha256,
+            "theta_deg": meta.theta_deg,
+            "tau_min": meta.tau_min,
+            "type_names": FaceType::ALL.map(FaceType::name),
+            "face_part": self.part_of_face,
+            "face_type": faces.iter().map(|face| face.face_type.code()).collect::<Vec<_>>(),
+            "face_step_id": faces.iter().map(|face| face.step_id).collect::<Vec<_>>(),
+        })
+    }
+}
+
+impl ShapeData<'_> {
+    /// The attributes, indices and feature sets of the faces that belong to a mesh.
+    fn primitive(&self, buffer: &mut Buffer, belongs: impl Fn(u32) -> bool) -> Value {
+        let (mesh, faces) = (self.carrier.mesh(), &self.carrier.graph().faces);
+        let is_own = |&vertex: &usize| belongs(mesh.vertex_face[vertex]);
+        let vertices: Vec<usize> = (0..mesh.vertices.len()).filter(is_own).collect();
+        let face_of_vertex = || {
+            vertices
+                .iter()
+                .map(|&vertex| mesh.vertex_face[vertex] as usize)
+        };
+        let positions = vertices
+            .iter()
+            .map(|&vertex| mesh.vertices[vertex].map(|x| x as f32));
+        let normals = vertices.iter().map(|&vertex| self.normals[vertex]);
+        let colors = face_of_vertex().map(|face| linear_rgba(self.color_of_face[face]));
+        let sets = [
+            FeatureSet::new("part", face_of_vertex().map(|face| self.part_of_face[face])),
+            FeatureSet::new("face", face_of_vertex().map(|face| face as i32)),
+            FeatureSet::new(
+                "type",
+                face_of_vertex().map(|face| i32::from(faces[face].face_type.code())),
+            ),
+        ];
+        let mut attributes = json!({
+            "POSITION": buffer.positions(&positions.collect::<Vec<_>>()),
+            "NORMAL": buffer.vectors(&normals.collect::<Vec<_>>()),
+            "COLOR_0": buffer.colors(&colors.collect::<Vec<_>>()),
+        });
+        for (number, set) in sets.iter().enumerate() {
+            attributes[format!("_FEATURE_ID_{number}")] = buffer.numbers(&set.ids).into();
+        }
+        let feature_ids: Vec<Value> = sets
+            .iter()
+            .enumerate()
+            .map(|(number, set)| set.json(number))
+            .collect();
+        let own = mesh.triangles.iter().zip(&mesh.tri_face);
+        let own = own.filter(|&(_, &face)| belongs(face));
+        // The vertices of a face belong to it alone, so all corners are among them, in the same order.
+        let place = |corner: u32| {
+            vertices
+                .binary_search(&(corner as usize))
+                .map_or(0, |at| at as u32)
+        };
+        let triangles: Vec<[u32; 3]> = own.map(|(corners, _)| corners.map(place)).collect();
+        json!({
+            "attributes": attributes,
+            "indices": buffer.indices(&triangles),
+            "material": 0,
+            "mode": 4,
+            "extensions": { "EXT_mesh_features": { "featureIds": feature_ids } },
+        })
+    }
 }
 
 /// One set of feature ids: a number for each vertex.
@@ -168,38 +330,19 @@ impl FeatureSet {
     }
 }
 
-fn document(
-    carrier: &Carrier,
-    primitive: &Value,
-    buffers: BufferJson,
-    part_of_face: &[i32],
-) -> Value {
-    let (meta, faces) = (carrier.meta(), &carrier.graph().faces);
-    let half = std::f64::consts::FRAC_1_SQRT_2;
+fn document(scene: Scene, buffers: BufferJson) -> Value {
     json!({
         "asset": { "version": "2.0", "generator": format!("partprobe {}", env!("CARGO_PKG_VERSION")) },
         "extensionsUsed": ["EXT_mesh_features"],
         "scene": 0,
         "scenes": [{ "nodes": [0] }],
-        "nodes": [{ "mesh": 0, "name": meta.id, "rotation": [-half, 0.0, 0.0, half], "scale": [0.001, 0.001, 0.001] }],
+        "nodes": scene.nodes,
         "materials": [{
             "name": "labels",
             "doubleSided": true,
             "pbrMetallicRoughness": { "baseColorFactor": [1.0, 1.0, 1.0, 1.0], "metallicFactor": 0.0, "roughnessFactor": 0.8 },
         }],
-        "meshes": [{
-            "name": meta.id,
-            "primitives": [primitive],
-            "extras": {
-                "source_sha256": meta.source_sha256,
-                "theta_deg": meta.theta_deg,
-                "tau_min": meta.tau_min,
-                "type_names": FaceType::ALL.map(FaceType::name),
-                "face_part": part_of_face,
-                "face_type": faces.iter().map(|face| face.face_type.code()).collect::<Vec<_>>(),
-                "face_step_id": faces.iter().map(|face| face.step_id).collect::<Vec<_>>(),
-            },
-        }],
+        "meshes": scene.meshes,
         "accessors": buffers.accessors,
         "bufferViews": buffers.views,
         "buffers": [{ "byteLength": buffers.n_bytes }],
@@ -373,7 +516,8 @@ mod tests {
     #[test]
     fn every_attribute_can_be_read_back() {
         let carrier = three_squares();
-        let bytes = carrier_to_glb(&carrier, carrier.part_of_face(), &COLORS).unwrap();
+        let bytes =
+            carrier_to_glb(&carrier, carrier.part_of_face(), &COLORS, GlbNodes::One).unwrap();
         let (document, binary) = document_and_binary(&bytes);
         let primitive = &document["meshes"][0]["primitives"][0];
         let read = |name: &str| accessor_bytes(&document, binary, &primitive["attributes"][name]);
@@ -420,8 +564,66 @@ mod tests {
     }
 
     #[test]
+    fn parts_are_nodes_below_their_products() {
+        let carrier = three_squares();
+        let mut graph = carrier.graph().clone();
+        let mut meta = carrier.meta().clone();
+        for (instance, path) in ["robot/arm/bolt", "robot/arm/bolt", "robot/plate"]
+            .iter()
+            .enumerate()
+        {
+            graph.faces[instance].instance = instance as u32;
+            meta.instances.push(partprobe_carrier::Instance {
+                path: (*path).to_owned(),
+                product: None,
+                transform: [[0.0; 4]; 4],
+            });
+        }
+        let (mesh, layers) = (carrier.mesh().clone(), carrier.layers().clone());
+        let carrier = Carrier::new(mesh, graph, layers, meta).unwrap();
+        let bytes = carrier_to_glb(&carrier, &[0, 0, -1], &COLORS, GlbNodes::Parts).unwrap();
+        let (document, binary) = document_and_binary(&bytes);
+
+        fn tree(document: &Value, node: usize) -> String {
+            let node = &document["nodes"][node];
+            let children = node["children"].as_array().into_iter().flatten();
+            let below: Vec<String> = children
+                .map(|child| tree(document, child.as_u64().unwrap() as usize))
+                .collect();
+            let name = node["name"].as_str().unwrap();
+            if below.is_empty() {
+                name.to_owned()
+            } else {
+                format!("{name}({})", below.join(" "))
+            }
+        }
+        let id = &carrier.meta().id;
+        let expected = format!("{id}(robot(arm(bolt(part 0) bolt(part 0)) plate(no part)))");
+        assert_eq!(tree(&document, 0), expected);
+        assert_eq!(
+            document["nodes"][0]["extras"]["face_part"],
+            json!([0, 0, -1])
+        );
+        for (number, mesh) in document["meshes"].as_array().unwrap().iter().enumerate() {
+            let primitive = &mesh["primitives"][0];
+            let read = |accessor: &Value| accessor_bytes(&document, binary, accessor);
+            let positions = floats(read(&primitive["attributes"]["POSITION"]));
+            let own = carrier.mesh().vertices[4 * number..4 * number + 4].as_flattened();
+            assert_eq!(positions, own.iter().map(|&x| x as f32).collect::<Vec<_>>());
+            let indices = read(&primitive["indices"]);
+            let largest = indices
+                .as_chunks()
+                .0
+                .iter()
+                .map(|&chunk| u32::from_le_bytes(chunk))
+                .max();
+            assert_eq!((indices.len(), largest), (24, Some(3)));
+        }
+    }
+
+    #[test]
     fn a_face_without_a_part_has_the_null_feature() {
-        let bytes = carrier_to_glb(&three_squares(), &[0, -1, 4], &COLORS).unwrap();
+        let bytes = carrier_to_glb(&three_squares(), &[0, -1, 4], &COLORS, GlbNodes::One).unwrap();
         let (document, _) = document_and_binary(&bytes);
         let set = &document["meshes"][0]["primitives"][0]["extensions"]["EXT_mesh_features"]["featureIds"]
             [0];
@@ -435,7 +637,13 @@ mod tests {
     fn what_gltf_cannot_hold_is_refused() {
         let carrier = three_squares();
         let refused = |carrier: &Carrier, n_colors: usize| {
-            carrier_to_glb(carrier, carrier.part_of_face(), &COLORS[..n_colors]).unwrap_err()
+            carrier_to_glb(
+                carrier,
+                carrier.part_of_face(),
+                &COLORS[..n_colors],
+                GlbNodes::Parts,
+            )
+            .unwrap_err()
         };
         assert_eq!(
             refused(&carrier, 2),

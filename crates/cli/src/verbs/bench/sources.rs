@@ -1,7 +1,9 @@
 //! Runs `partprobe bench sources`: how long each label source takes on one carrier, and how long labels take to points.
 
 use super::timing::{cpu_seconds, median_ms};
-use crate::stdout::print_line;
+use crate::markdown_table::Alignment::{Left, Right};
+use crate::markdown_table::markdown_table;
+use crate::stdout::{print_line, print_tables};
 use crate::usage::as_usage_error;
 use anyhow::{Context, Result, bail};
 use partprobe_carrier::{Carrier, Color, NormalKind, PointSample, keyed_rng, sample_by_area};
@@ -93,7 +95,7 @@ pub(super) fn bench_sources(args: &SourcesArgs) -> Result<()> {
     if args.json {
         return print_line(serde_json::to_string(&figures)?);
     }
-    print_line(figures)
+    print_tables(figures)
 }
 
 fn measure(args: &SourcesArgs) -> Result<Figures> {
@@ -224,27 +226,26 @@ fn measure_channel(
 impl fmt::Display for Figures {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "{} triangles, one thread", self.triangles)?;
-        writeln!(
-            f,
-            "{:28} {:>6} {:>9} {:>9}",
-            "source", "labels", "ms", "cpu_ms"
-        )?;
-        for row in &self.sources {
+        let sources = self.sources.iter().map(|row| {
             let labels = row.labels.map_or_else(|| "–".to_owned(), |n| n.to_string());
-            let times = format!("{:9.1} {:9.1}", row.ms, row.cpu_ms);
-            writeln!(f, "{:28} {labels:>6} {times}", row.source)?;
-        }
+            let [ms, cpu_ms] = [row.ms, row.cpu_ms].map(|ms| format!("{ms:.1}"));
+            [row.source.clone(), labels, ms, cpu_ms]
+        });
+        let heading = ["source", "labels", "ms", "CPU ms"];
+        let alignment = [Left, Right, Right, Right];
+        writeln!(f, "\n{}\n", markdown_table(heading, alignment, sources))?;
         for row in &self.sources {
             if let Some(reason) = &row.refused {
                 writeln!(f, "{} refuses the carrier: {reason}", row.source)?;
             }
         }
-        write!(f, "{} points, all threads", self.points)?;
-        for row in &self.transfer {
-            let name = format!("transfer by {}", row.channel);
-            write!(f, "\n{name:35} {:9.1} {:9.1}", row.ms, row.cpu_ms)?;
-        }
-        Ok(())
+        let transfer = self.transfer.iter().map(|row| {
+            let [ms, cpu_ms] = [row.ms, row.cpu_ms].map(|ms| format!("{ms:.1}"));
+            [row.channel.to_owned(), ms, cpu_ms]
+        });
+        let heading = ["transfer by", "ms", "CPU ms"];
+        let table = markdown_table(heading, [Left, Right, Right], transfer);
+        write!(f, "{} points, all threads\n\n{table}", self.points)
     }
 }
 

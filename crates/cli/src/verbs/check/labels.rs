@@ -2,9 +2,11 @@
 
 use crate::counted::counted;
 use crate::disk_files::DiskFiles;
+use crate::markdown_table::Alignment::{Left, Right};
+use crate::markdown_table::markdown_table;
 use crate::progress::Progress;
 use crate::source_types::{open_source, source_type};
-use crate::stdout::print_line;
+use crate::stdout::{print_line, print_tables};
 use crate::usage::UsageError;
 use anyhow::{Result, anyhow, bail, ensure};
 use partprobe_dataset::{Dataset, IndexEntry, json_document};
@@ -69,7 +71,7 @@ pub(super) fn check_labels(args: &LabelsArgs) -> Result<()> {
     if args.json {
         print_line(String::from_utf8_lossy(&json_document(&checked)?).trim_end())?;
     } else {
-        checked.iter().try_for_each(print_line)?;
+        checked.iter().try_for_each(print_tables)?;
     }
     if checked.iter().any(TypeCheck::is_sound) {
         Ok(())
@@ -352,9 +354,10 @@ impl fmt::Display for TypeCheck {
         let n_joined = self.count(Outcome::is_joined);
         let shapes = counted(self.shapes.len(), "shape has", "shapes have");
         write!(f, "{name}: {n_joined} of {shapes} labels")?;
-        for (way, n_shapes) in self.ways() {
-            write!(f, "\n  joined by {way:<14} {n_shapes}")?;
-        }
+        let ways = self.ways().into_iter();
+        let mut rows: Vec<[String; 2]> = ways
+            .map(|(way, n_shapes)| [format!("joined by {way}"), n_shapes.to_string()])
+            .collect();
         for (what, n_shapes) in [
             (
                 "each labeled",
@@ -371,8 +374,10 @@ impl fmt::Display for TypeCheck {
             ),
             ("labels of other shapes", self.unused.len()),
         ] {
-            write!(f, "\n  {what:<24} {n_shapes}")?;
+            rows.push([what.to_owned(), n_shapes.to_string()]);
         }
+        let table = markdown_table(["labels", "shapes"], [Left, Right], rows);
+        write!(f, "\n\n{table}\n")?;
 
         if let Some(hint) = &self.hint {
             write!(f, "\n{hint}")?;

@@ -11,7 +11,7 @@ use crate::output_folder::{ensure_empty, make_folder};
 use crate::shape_choice::ChoiceArgs;
 use crate::shape_input::{DataArgs, ShapeInput, ShapeInputs};
 use crate::stderr;
-use crate::stdout::print_line;
+use crate::stdout::{print_line, print_tables};
 use anyhow::{Result, ensure};
 use partprobe_dataset::{json_lines, write_atomically};
 use partprobe_eval::{
@@ -119,12 +119,11 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<()> {
     if let Some(out) = &args.out {
         write_files(out, &tables, &measured.rows)?;
     }
-    let text = if args.json {
-        tables.to_json()
+    if args.json {
+        print_line(tables.to_json().trim_end())
     } else {
-        tables.to_markdown()
-    };
-    print_line(text.trim_end())
+        print_tables(tables.to_markdown().trim_end())
+    }
 }
 
 fn comparison(args: &CompareArgs) -> Result<Comparison> {

@@ -9,9 +9,9 @@ use super::input::{Input, Inputs};
 use super::library_model::LibraryModel;
 use crate::backbone::{Backbone, BackboneArgs};
 use crate::counted::counted;
+use crate::markdown_table::{Alignment, markdown_table};
 use crate::run::{Execution, ExecutionArgs};
-use crate::stdout::print_line;
-use crate::text_table::{Alignment, text_table};
+use crate::stdout::{print_line, print_tables};
 use crate::usage::UsageError;
 use anyhow::{Context, Result, ensure};
 use partprobe_dataset::json_lines;
@@ -150,7 +150,7 @@ fn print(found: &[Found], is_json: bool) -> Result<()> {
             format!("{:.4}", found.cosine),
         ]
     });
-    print_line(text_table(heading, alignment, cells))
+    print_tables(markdown_table(heading, alignment, cells))
 }
 
 /// The rows of a library, with the ids of its shapes.

@@ -23,7 +23,7 @@ pub(crate) struct CommonArgs {
     #[command(flatten)]
     pub(super) folder: FolderArgs,
     /// The label of a face, which gives it its color, its number and its mesh: part, raw-part (before small parts were absorbed), type,
-    /// face, or the name of a label layer that the carriers store.
+    /// face, cad (the color in the STEP file), or the name of a label layer that the carriers store.
     #[arg(long, visible_alias = "color", value_name = "LABEL", default_value_t = FaceLabel::Part)]
     pub(super) label: FaceLabel,
 }

@@ -6,7 +6,9 @@ use super::exporter::ShapeExporter;
 use crate::shape_input::ShapeInput;
 use anyhow::{Result, ensure};
 use partprobe_carrier::{Carrier, ShapeKind};
-use partprobe_formats::{LabeledMesh, carrier_to_glb, integer_lines, mesh_to_obj, mesh_to_ply};
+use partprobe_formats::{
+    GlbNodes, LabeledMesh, carrier_to_glb, integer_lines, mesh_to_obj, mesh_to_ply,
+};
 use partprobe_render::FaceLabel;
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -27,6 +29,28 @@ pub(super) enum Vertices {
 pub(super) struct GlbArgs {
     #[command(flatten)]
     common: CommonArgs,
+    /// What becomes a node: each part, below the products of the assembly, or the whole shape.
+    #[arg(long, value_enum, default_value_t = Nodes::Parts)]
+    nodes: Nodes,
+}
+
+/// What becomes a node of a GLB.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum Nodes {
+    /// Each part of each product occurrence, with its name.
+    Parts,
+    /// The whole shape: one mesh.
+    One,
+}
+
+impl From<Nodes> for GlbNodes {
+    fn from(nodes: Nodes) -> Self {
+        match nodes {
+            Nodes::Parts => Self::Parts,
+            Nodes::One => Self::One,
+        }
+    }
 }
 
 /// What `ply` takes.
@@ -67,7 +91,7 @@ impl ShapeExporter for GlbArgs {
     }
 
     fn settings(&self) -> Value {
-        json!({})
+        json!({ "nodes": self.nodes })
     }
 
     /// `<stem>.glb`.
@@ -78,6 +102,7 @@ impl ShapeExporter for GlbArgs {
             carrier,
             &label.parts_of_faces(carrier)?,
             &label.colors_of_faces(carrier)?,
+            self.nodes.into(),
         )?;
         Ok(vec![(with_suffix(&shape.stem, "glb"), bytes)])
     }

@@ -3,6 +3,8 @@
 use super::report::{FaceReport, InspectReport, SolidReport};
 use super::surface::SurfaceReport;
 use crate::counted::counted;
+use crate::markdown_table::Alignment::{Left, Right};
+use crate::markdown_table::markdown_table;
 use std::collections::BTreeMap;
 use std::fmt;
 
@@ -40,7 +42,7 @@ impl fmt::Display for InspectReport {
         self.write_dimensions(f)?;
         writeln!(
             f,
-            "lost: {}",
+            "\nlost: {}",
             if self.lost.is_empty() {
                 "nothing".to_owned()
             } else {
@@ -66,21 +68,32 @@ impl fmt::Display for InspectReport {
 
 impl InspectReport {
     fn write_solids(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for solid in self.mesh.solids.iter().take(MAX_ROWS) {
-            let name = solid.name.as_deref().unwrap_or("unnamed");
-            let (volume, mesh_volume) = (solid.volume, solid.mesh_volume);
-            let closes = closing(solid);
-            writeln!(
-                f,
-                "  solid #{} {name}: volume {volume:.6} (mesh {mesh_volume:.6}), {closes}",
-                solid.step_id
-            )?;
-            let centroid = solid.centroid.map_or_else(String::new, |at| {
-                format!(", center of mass {}", numbers(at))
-            });
-            writeln!(f, "    area {:.6}{centroid}", solid.area)?;
+        let solids = &self.mesh.solids;
+        if solids.is_empty() {
+            return Ok(());
         }
-        write_rest(f, self.mesh.solids.len())
+        let rows = solids.iter().take(MAX_ROWS).map(|solid| {
+            [
+                format!("#{}", solid.step_id),
+                solid.name.as_deref().unwrap_or("unnamed").to_owned(),
+                format!("{:.6}", solid.volume),
+                format!("{:.6}", solid.mesh_volume),
+                format!("{:.6}", solid.area),
+                solid.centroid.map_or_else(|| "–".to_owned(), numbers),
+                closing(solid).to_owned(),
+            ]
+        });
+        let heading = [
+            "solid",
+            "name",
+            "volume",
+            "volume of the mesh",
+            "area",
+            "center of mass",
+            "mesh",
+        ];
+        let alignment = [Left, Left, Right, Right, Right, Left, Left];
+        write_table(f, &markdown_table(heading, alignment, rows), solids.len())
     }
 
     /// Radius, angle and axis of the curved faces; planes are many, and `--json` has them.
@@ -91,19 +104,18 @@ impl InspectReport {
             .filter_map(|face| Some((face, face.surface.as_ref()?)))
             .filter(|(_, surface)| surface.radius.is_some())
             .collect();
-        if !curved.is_empty() {
-            writeln!(f, "curved faces:")?;
+        if curved.is_empty() {
+            return Ok(());
         }
-        for (face, surface) in curved.iter().take(MAX_ROWS) {
-            writeln!(
-                f,
-                "  #{} {}: {}",
-                face.step_id,
-                face.face_type,
-                dimensions(surface)
-            )?;
-        }
-        write_rest(f, curved.len())
+        let rows = curved.iter().take(MAX_ROWS).map(|(face, surface)| {
+            [
+                format!("#{}", face.step_id),
+                face.face_type.to_owned(),
+                dimensions(surface),
+            ]
+        });
+        let table = markdown_table(["curved face", "type", "dimensions"], [Left; 3], rows);
+        write_table(f, &table, curved.len())
     }
 
     fn write_parts(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -111,30 +123,35 @@ impl InspectReport {
         for face in &self.faces {
             parts.entry(face.part).or_default().push(face);
         }
-        writeln!(f, "parts:")?;
-        for (part, faces) in parts.iter().take(MAX_ROWS) {
+        let rows = parts.iter().take(MAX_ROWS).map(|(part, faces)| {
             let area: f64 = faces.iter().map(|face| face.area).sum();
-            let ids: Vec<String> = faces
-                .iter()
-                .take(MAX_STEP_IDS)
-                .map(|face| format!("#{}", face.step_id))
-                .collect();
-            let more = if faces.len() > MAX_STEP_IDS {
-                " …"
-            } else {
-                ""
-            };
-            let noun = if faces.len() == 1 { "face" } else { "faces" };
-            writeln!(
-                f,
-                "  {part:>4}  {:<10} {:>4} {noun:<5}  area {area:>14.4}  {}{more}",
-                faces[0].face_type,
-                faces.len(),
-                ids.join(" ")
-            )?;
-        }
-        write_rest(f, parts.len())
+            let named = faces.iter().take(MAX_STEP_IDS);
+            let mut ids: Vec<String> = named.map(|face| format!("#{}", face.step_id)).collect();
+            if faces.len() > MAX_STEP_IDS {
+                ids.push("…".to_owned());
+            }
+            [
+                part.to_string(),
+                faces[0].face_type.to_owned(),
+                faces.len().to_string(),
+                format!("{area:.4}"),
+                ids.join(" "),
+            ]
+        });
+        let heading = ["part", "type", "faces", "area", "step ids"];
+        let alignment = [Right, Left, Right, Right, Left];
+        write_table(f, &markdown_table(heading, alignment, rows), parts.len())
     }
+}
+
+/// Writes a table after an empty line, and how many rows it leaves out.
+fn write_table(f: &mut fmt::Formatter<'_>, table: &str, n_rows: usize) -> fmt::Result {
+    writeln!(f, "\n{table}")?;
+    if n_rows > MAX_ROWS {
+        // Without an empty line, the count would be a row of the table.
+        writeln!(f)?;
+    }
+    write_rest(f, n_rows)
 }
 
 /// The dimensions of a face in words.

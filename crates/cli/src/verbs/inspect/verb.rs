@@ -2,14 +2,15 @@
 
 use super::given::GivenReport;
 use super::report::{InspectReport, Timings};
-use crate::config;
+use crate::config::{self, LabelConfig};
 use crate::interrupt;
 use crate::label::{given_carrier, step_text};
-use crate::stdout::print_line;
+use crate::standard_input::{STDIN_NAME, StandardInput, is_standard_input};
+use crate::stdout::{print_line, print_tables};
 use crate::usage::UsageError;
 use anyhow::{Context, Result, ensure};
 use partprobe_verify::{MeasureSettings, MeasuredFile};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 /// Show what a STEP file holds: its faces with types, areas and parts, its edges with angles, and what was lost. Of a mesh or a
@@ -19,6 +20,7 @@ use std::time::Instant;
   partprobe inspect bracket.step
   partprobe inspect bracket.step --json | jq '.faces[] | select(.part == 0) | .step_id'
   partprobe inspect chair.obj
+  unzip -p parts.zip bracket.step | partprobe inspect -
 
 Keys of the JSON object: faces (step_id, type, area in mm², part, shell, solid, name, color), edges (faces: two step
 ids, phi in degrees or null, length in mm), n_parts, lost (kind, step_id, reason), units, mesh (triangles, and solids:
@@ -27,7 +29,7 @@ the triangles use each edge as often in one direction as in the other; manifold,
 Of a mesh or a cloud: kind, n_elements (triangles or points), area, bounding_box, labels (label, name in the file,
 n_elements, area), n_unlabeled, notes.")]
 pub(crate) struct InspectArgs {
-    /// The STEP file, mesh or point cloud.
+    /// The STEP file, mesh or point cloud; `-` is the standard input, and its first bytes say what it is.
     file: PathBuf,
     /// Print one JSON object.
     #[arg(long)]
@@ -46,27 +48,42 @@ pub(crate) struct InspectArgs {
 /// If the file cannot be read, or has no readable face.
 pub(crate) fn inspect(args: &InspectArgs) -> Result<()> {
     let label = config::load(&args.config, &args.set)?.config.label;
-    let settings = label.measure_settings();
-    let name = args.file.display();
+    if !is_standard_input(&args.file) {
+        check_file(&args.file)?;
+    }
+    interrupt::end_at_once()?;
+    if !is_standard_input(&args.file) {
+        return inspect_file(args, &args.file, &label)
+            .with_context(|| args.file.display().to_string());
+    }
+    let input = StandardInput::read(STDIN_NAME, label.max_file_mb << 20)?;
+    check_file(input.path())?;
+    inspect_file(args, input.path(), &label).context("the standard input")
+}
+
+/// Refuses what `inspect` does not read, before anything is read.
+fn check_file(file: &Path) -> Result<()> {
+    let name = file.display();
+    ensure!(file.exists(), UsageError(format!("{name} does not exist")));
     ensure!(
-        args.file.exists(),
-        UsageError(format!("{name} does not exist"))
-    );
-    ensure!(
-        !args.file.is_dir(),
+        !file.is_dir(),
         UsageError(format!(
             "{name} is a folder, and `inspect` reads one file; `label` reads folders"
         ))
     );
-    let is_npz = args.file.extension().is_some_and(|ending| ending == "npz");
+    let is_npz = file.extension().is_some_and(|ending| ending == "npz");
     ensure!(
         !is_npz,
         UsageError(format!(
             "{name} is labeled already, and `inspect` reads STEP files; `render` and `export` read carriers"
         ))
     );
-    interrupt::end_at_once()?;
-    if let Some(carrier) = given_carrier(&args.file, &label).with_context(|| name.to_string())? {
+    Ok(())
+}
+
+/// Prints what one file holds.
+fn inspect_file(args: &InspectArgs, file: &Path, label: &LabelConfig) -> Result<()> {
+    if let Some(carrier) = given_carrier(file, label)? {
         let report = GivenReport::new(&carrier);
         return if args.json {
             print_line(serde_json::to_string(&report)?)
@@ -74,15 +91,14 @@ pub(crate) fn inspect(args: &InspectArgs) -> Result<()> {
             print_line(&report)
         };
     }
-    let text = step_text(&args.file, settings.budget.max_bytes)
-        .with_context(|| args.file.display().to_string())?;
-    let (measured, timings) =
-        measure(&text, &settings).with_context(|| args.file.display().to_string())?;
+    let settings = label.measure_settings();
+    let text = step_text(file, settings.budget.max_bytes)?;
+    let (measured, timings) = measure(&text, &settings)?;
     let report = InspectReport::new(&measured, timings);
     if args.json {
         print_line(serde_json::to_string(&report)?)
     } else {
-        print_line(&report)
+        print_tables(&report)
     }
 }
 

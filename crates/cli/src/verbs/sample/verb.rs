@@ -20,9 +20,10 @@ use partprobe_brep::Brep;
 use partprobe_carrier::{Carrier, GIVEN, SurfaceAttributes};
 use partprobe_dataset::{Dataset, INDEX_FILE, IndexEntry, SETTINGS_FILE, write_atomically};
 use partprobe_formats::{
-    Compression, PlyPoints, SampleLabels, points_to_ply, sample_with_attributes_to_npz,
+    Compression, PlyPoints, SampleLabels, colored_points_to_ply, sample_with_attributes_to_npz,
 };
 use partprobe_label::Kernel;
+use partprobe_render::colors_of_labels;
 use partprobe_sources::BoxedSource;
 use rayon::prelude::*;
 use std::cell::RefCell;
@@ -40,8 +41,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 DATA is a labeled data set, or STEP files, folders or lists, which are then labeled by the config's [label].
 Archives are not read here: label them first, and sample the data set.
 NPZ: points f32 (N,3), normals f32 (N,3), triangles u32 (N), and label_<source> i32 (N) for each --source; on request
-uv f64 (N,2), curvature f32 (N,2), direction f32 (N,2,3). PLY: x y z nx ny nz, and int part with the labels of the first
---source. Analytic normals are interpolated between those of the vertices; they need carriers that were labeled with
+uv f64 (N,2), curvature f32 (N,2), direction f32 (N,2,3). PLY: x y z nx ny nz, red green blue, and int part with the labels of
+the first --source. Analytic normals are interpolated between those of the vertices; they need carriers that were labeled with
 --attributes normal. --project and --attributes ask the true surfaces, which only STEP files hold.")]
 pub(crate) struct SampleArgs {
     /// A data set, or STEP files, folders, or text files that list paths.
@@ -71,6 +72,9 @@ pub(crate) struct SampleArgs {
     /// The seed; the config's sample.seed if not given.
     #[arg(long)]
     seed: Option<u64>,
+    /// Threads; as many as there are cores if not given. The samples do not depend on it.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    jobs: Option<u16>,
     /// Label sources, first the one that a PLY file shows.
     #[arg(long = "source", value_name = "SOURCE", default_values = DEFAULT_SOURCES)]
     sources: Vec<String>,
@@ -257,7 +261,12 @@ impl Sampler<'_> {
                 written => Ok(written),
             }
         };
-        let written: Result<Vec<Result<usize>>> = items.par_iter().map(sampled).collect();
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(self.args.jobs.map_or(0, usize::from))
+            .build()
+            .context("starting threads")?;
+        let written: Result<Vec<Result<usize>>> =
+            pool.install(|| items.par_iter().map(sampled).collect());
         bar.finish_and_clear();
         let incomplete = || {
             format!(
@@ -337,12 +346,16 @@ impl Sampler<'_> {
             }
             SampleFormat::Ply => {
                 let parts = labels.into_iter().next().unwrap_or_default();
+                let colors = colors_of_points(&parts, &sample.triangles, carrier);
                 (
-                    points_to_ply(&PlyPoints {
-                        points: sample.points,
-                        normals: sample.normals,
-                        parts,
-                    }),
+                    colored_points_to_ply(
+                        &PlyPoints {
+                            points: sample.points,
+                            normals: sample.normals,
+                            parts,
+                        },
+                        &colors,
+                    ),
                     "ply",
                 )
             }
@@ -350,4 +363,19 @@ impl Sampler<'_> {
         write_atomically(&self.args.out.join(format!("{id}.{extension}")), &bytes)?;
         Ok(settled.n_unprojected)
     }
+}
+
+/// A color for each point, such that the labels of faces that touch have different ones.
+fn colors_of_points(labels: &[i32], triangles: &[u32], carrier: &Carrier) -> Vec<[u8; 3]> {
+    let tri_face = &carrier.mesh().tri_face;
+    let mut point_of_face: Vec<Option<u32>> = vec![None; carrier.graph().faces.len()];
+    for (point, &triangle) in (0..).zip(triangles) {
+        point_of_face[tri_face[triangle as usize] as usize].get_or_insert(point);
+    }
+    let edges = carrier.graph().edges.iter();
+    let pairs = edges.filter_map(|edge| {
+        let [a, b] = edge.faces.map(|face| point_of_face[face as usize]);
+        Some([a?, b?])
+    });
+    colors_of_labels(labels, pairs)
 }

@@ -5,7 +5,7 @@ use crate::MISSED_BOUND;
 use crate::config::ClustererName;
 use crate::counted::counted;
 use crate::stderr;
-use crate::stdout::print_result;
+use crate::stdout::{print_result, print_result_tables};
 use crate::usage::{UsageError, as_usage_error};
 use anyhow::{Context, Result, ensure};
 use partprobe_cluster::ClustererSettings;
@@ -147,7 +147,7 @@ impl ScoreArgs {
             })?;
             return print_result(String::from_utf8_lossy(&document).trim_end());
         }
-        print_result(tables.to_markdown())?;
+        print_result_tables(tables.to_markdown())?;
         if !failed.is_empty() {
             print_result(format_args!(
                 "{} could not be scored",

@@ -13,7 +13,7 @@ use crate::shape_choice::ChoiceArgs;
 use crate::shape_input::{DataArgs, ShapeInput, ShapeInputs};
 use crate::source_rows::{MeasuredSurface, pair_rows};
 use crate::stderr;
-use crate::stdout::print_line;
+use crate::stdout::{print_line, print_tables};
 use anyhow::{Result, ensure};
 use partprobe_carrier::{Carrier, PointSample};
 use partprobe_dataset::write_atomically;
@@ -68,12 +68,11 @@ pub(crate) fn source_card(request: &CardRequest<'_>) -> Result<()> {
     if let Some(out) = request.out {
         pool.install(|| card.write(out, &tables, &shapes))?;
     }
-    let text = if request.is_json {
-        tables.to_json()
+    if request.is_json {
+        print_line(tables.to_json().trim_end())
     } else {
-        tables.to_markdown()
-    };
-    print_line(text.trim_end())
+        print_tables(tables.to_markdown().trim_end())
+    }
 }
 
 /// The sources of a card.
@@ -231,7 +230,7 @@ impl Card<'_> {
             let caption = format!("{}: {}", source.name(), labels.n_labels());
             images.push(
                 view.picture(mesh, of_triangle, &colors)
-                    .with_caption("", &caption, 1),
+                    .with_caption("", &caption, 1.0),
             );
             if first.is_none() {
                 first = Some((view, on_points, colors));
@@ -242,7 +241,7 @@ impl Card<'_> {
         Ok(sheet.with_caption(
             &pair.shape,
             &format!(": ARI of {a} and {b} {:.3}", pair.ari),
-            1,
+            1.0,
         ))
     }
 }

@@ -2,12 +2,12 @@
 
 use super::card::{CardRequest, source_card};
 use crate::config::SourceTable;
+use crate::markdown_table::Alignment::Left;
+use crate::markdown_table::markdown_table;
 use crate::shape_choice::ChoiceArgs;
 use crate::shape_input::DataArgs;
 use crate::source_types::source_type;
-use crate::stdout::print_line;
-use crate::text_table::Alignment::Left;
-use crate::text_table::text_table;
+use crate::stdout::{print_line, print_tables};
 use crate::usage::UsageError;
 use anyhow::{Result, ensure};
 use partprobe_dataset::json_document;
@@ -85,7 +85,7 @@ pub(crate) fn sources(args: &SourcesArgs) -> Result<()> {
     if args.json {
         return print_line(String::from_utf8_lossy(&json_document(&rows)?).trim_end());
     }
-    print_line(table(&rows))
+    print_tables(table(&rows))
 }
 
 /// What is said of one source.
@@ -150,5 +150,5 @@ impl Row {
 /// The rows as a person reads them.
 fn table(rows: &[Row]) -> String {
     let heading = ["source", "number", "labels"];
-    text_table(heading, [Left; 3], rows.iter().map(Row::cells))
+    markdown_table(heading, [Left; 3], rows.iter().map(Row::cells))
 }

@@ -42,7 +42,7 @@ pub(super) fn grid(
             let caption = format!("{name} {}: {}", source.name(), labels.n_labels());
             row.push(
                 view.picture(mesh, of_triangle, &colors)
-                    .with_caption("", &caption, 1),
+                    .with_caption("", &caption, 1.0),
             );
             if first.is_none() {
                 first = Some((on_points, colors));
@@ -52,5 +52,5 @@ pub(super) fn grid(
             cells.extend(row);
         }
     }
-    Ok(Image::sheet(&cells, TESSELLATIONS.len()).with_caption(title, "", 1))
+    Ok(Image::sheet(&cells, TESSELLATIONS.len()).with_caption(title, "", 1.0))
 }

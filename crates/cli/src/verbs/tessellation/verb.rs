@@ -11,7 +11,7 @@ use crate::output_folder::{ensure_empty, make_folder};
 use crate::shape_choice::ChoiceArgs;
 use crate::shape_input::{DataArgs, ShapeInput, ShapeInputs};
 use crate::stderr;
-use crate::stdout::print_line;
+use crate::stdout::{print_line, print_tables};
 use crate::usage::UsageError;
 use anyhow::{Context, Result, ensure};
 use partprobe_dataset::{Dataset, write_atomically};
@@ -110,12 +110,11 @@ pub(crate) fn tessellation(args: &TessellationArgs) -> Result<()> {
     if let Some(out) = &args.out {
         pool.install(|| study.write(out, &tables, &measured.rows, &shapes))?;
     }
-    let text = if args.json {
-        tables.to_json()
+    if args.json {
+        print_line(tables.to_json().trim_end())
     } else {
-        tables.to_tessellation_markdown()
-    };
-    print_line(text.trim_end())
+        print_tables(tables.to_tessellation_markdown().trim_end())
+    }
 }
 
 /// Meshes are made anew, so surfaces are needed.

@@ -1,4 +1,4 @@
-//! Writes and reads PLY point clouds, binary little endian: `x y z nx ny nz` and an integer `part`.
+//! Writes and reads PLY point clouds, binary little endian: `x y z nx ny nz`, a color and an integer `part`.
 
 use crate::mesh::ply::header::Scalar;
 
@@ -49,12 +49,23 @@ pub enum PlyError {
 /// Normals and parts that are there need one entry a point; what is too much is left out.
 #[must_use]
 pub fn points_to_ply(cloud: &PlyPoints) -> Vec<u8> {
+    colored_points_to_ply(cloud, &[])
+}
+
+/// The same with a color for each point, in the properties `red`, `green` and `blue` that viewers show.
+#[must_use]
+pub fn colored_points_to_ply(cloud: &PlyPoints, colors: &[[u8; 3]]) -> Vec<u8> {
     let (has_normals, has_parts) = (!cloud.normals.is_empty(), !cloud.parts.is_empty());
     let mut names: Vec<&str> = vec!["float x", "float y", "float z"];
     names.extend(
         ["float nx", "float ny", "float nz"]
             .iter()
             .filter(|_| has_normals),
+    );
+    names.extend(
+        ["uchar red", "uchar green", "uchar blue"]
+            .iter()
+            .filter(|_| !colors.is_empty()),
     );
     names.extend(["int part"].iter().filter(|_| has_parts));
     let properties: String = names
@@ -70,6 +81,7 @@ pub fn points_to_ply(cloud: &PlyPoints) -> Vec<u8> {
         let normal = cloud.normals.get(idx).filter(|_| has_normals);
         let numbers = point.iter().chain(normal.into_iter().flatten());
         bytes.extend(numbers.flat_map(|x| x.to_le_bytes()));
+        bytes.extend(colors.get(idx).into_iter().flatten());
         bytes.extend(
             cloud
                 .parts
@@ -260,6 +272,22 @@ mod tests {
             "ply\nelement vertex 1000000000000\nproperty float x\nend_header\n",
             size,
         );
+    }
+
+    #[test]
+    fn colors_are_properties_of_points() {
+        let cloud = PlyPoints {
+            points: vec![[1.0, 2.0, 3.0]; 2],
+            normals: Vec::new(),
+            parts: vec![7, 8],
+        };
+        let bytes = colored_points_to_ply(&cloud, &[[1, 2, 3], [4, 5, 6]]);
+        let text = String::from_utf8_lossy(&bytes);
+        let names =
+            "property uchar red\nproperty uchar green\nproperty uchar blue\nproperty int part\n";
+        assert!(text.contains(names), "{text}");
+        assert_eq!(bytes[bytes.len() - 7..], [4, 5, 6, 8, 0, 0, 0]);
+        assert_eq!(points_from_ply(&bytes), Ok(cloud));
     }
 
     #[test]

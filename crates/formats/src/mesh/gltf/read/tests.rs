@@ -2,7 +2,7 @@ use super::*;
 use crate::fixtures::three_squares;
 use crate::mesh::foreign::MeshFileError;
 use crate::mesh::foreign::tests::corners;
-use crate::mesh::glb::carrier_to_glb;
+use crate::mesh::glb::{GlbNodes, carrier_to_glb};
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use proptest::prelude::*;
@@ -131,7 +131,7 @@ fn lists_strips_and_fans_have_the_orientation_of_the_specification() {
 #[test]
 fn an_exported_carrier_comes_back_with_its_parts() {
     let carrier = three_squares();
-    let bytes = carrier_to_glb(&carrier, &[0, -1, 1], &[[255; 3]; 3]).unwrap();
+    let bytes = carrier_to_glb(&carrier, &[0, -1, 1], &[[255; 3]; 3], GlbNodes::One).unwrap();
     let found = marked_mesh_from_gltf(&bytes, &|_| Err(String::new())).unwrap();
     let names: Vec<&str> = found.marks.iter().map(|mark| mark.name.as_str()).collect();
     assert_eq!(
@@ -269,7 +269,7 @@ proptest! {
     #[test]
     fn a_damaged_binary_file_is_an_answer_too(at in 0usize..4000, byte: u8, end in 0usize..4000) {
         let carrier = three_squares();
-        let mut bytes = carrier_to_glb(&carrier, carrier.part_of_face(), &[[9; 3]; 3]).unwrap();
+        let mut bytes = carrier_to_glb(&carrier, carrier.part_of_face(), &[[9; 3]; 3], GlbNodes::Parts).unwrap();
         let n_bytes = bytes.len();
         bytes[at % n_bytes] = byte;
         let none = |_: &str| Err(String::new());

@@ -1,5 +1,6 @@
-//! Runs `partprobe render`: it draws pictures of labeled shapes.
+//! Defines the arguments of `render`, and draws the shapes that they choose.
 
+use super::page::{Cell, PictureFormat, sheet};
 use crate::counted::counted;
 use crate::damaged_carriers::{is_damaged_carrier, refuse_damaged_carriers};
 use crate::interrupt::Interrupt;
@@ -11,7 +12,7 @@ use crate::usage::UsageError;
 use anyhow::{Context, Result, ensure};
 use partprobe_carrier::{Carrier, CarrierMeta};
 use partprobe_dataset::write_atomically;
-use partprobe_render::{FaceLabel, Image, PictureStyle, Viewpoint};
+use partprobe_render::{Background, FaceLabel, PictureStyle, UpAxis, Viewpoint};
 use partprobe_sources::StepParts;
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
@@ -19,23 +20,27 @@ use std::path::{Path, PathBuf};
 /// A sheet has no more pixels than this.
 const MAX_PIXELS: usize = 1 << 28;
 
-/// Draw shapes to a PNG, off-screen, with lines between parts.
+/// Draw shapes to a PNG, SVG or PDF file, off-screen, with lines between parts.
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "Examples:
   partprobe render bracket.step -o parts.png
   partprobe render parts/ -o stages.png --stages --most-parts 4      faces, types and parts side by side
   partprobe render dataset/ -o sheet.png --most-parts 20 --size 240  a contact sheet with names
+  partprobe render bracket.step -o figure.png --legend --background transparent
+  partprobe render bracket.step -o figure.pdf --legend               areas and lines, sharp at any size
+  partprobe render bracket.step -o top.png --camera top --color cad  the colors of the CAD file
+  partprobe render bracket.step -o side.png --camera 30,20           azimuth and elevation in degrees
   partprobe render bracket.step -o fine.png --set label.angle_rad=0.05 --set label.chord_fraction=0.0002
 
 Pictures show the carrier itself, so STEP files are drawn with the tessellation that `label` gives them.")]
 pub(crate) struct RenderArgs {
     #[command(flatten)]
     shapes: ShapeArgs,
-    /// The PNG to write.
-    #[arg(long, short = 'o', alias = "output", value_name = "PNG")]
+    /// The picture to write: pixels (.png), or areas and lines without the hidden ones (.svg, .pdf).
+    #[arg(long, short = 'o', alias = "output", value_name = "FILE")]
     out: PathBuf,
-    /// What gives a face its color: part, raw-part (before small parts were absorbed), type, face, or the name of a label layer that the
-    /// carriers store.
+    /// What gives a face its color: part, raw-part (before small parts were absorbed), type, face, cad (the colors of the STEP file), or
+    /// the name of a label layer that the carriers store.
     #[arg(long, value_name = "LABEL", default_value_t = FaceLabel::Part)]
     color: FaceLabel,
     /// Draw faces, types and parts of each shape side by side.
@@ -47,12 +52,23 @@ pub(crate) struct RenderArgs {
     /// Pictures in a row of a contact sheet; about as many as there are rows if not given.
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..=256))]
     columns: Option<u16>,
-    /// Side of each picture, in pixels.
+    /// Side of each picture, in pixels; in points of a PDF.
     #[arg(long, default_value_t = 480, value_parser = clap::value_parser!(u32).range(16..=4096))]
     size: u32,
-    /// The position of the camera.
-    #[arg(long, value_enum, default_value_t = Viewpoint::Best)]
-    view: Viewpoint,
+    /// Where the camera is: best (the corner that shows most parts), corner (always the upper front right), front, back, left, right,
+    /// top, bottom, iso, two angles such as 30,20 (azimuth from the front to the right, and elevation, in degrees), or a direction from
+    /// the shape such as 1,-1,0.5.
+    #[arg(long, alias = "view", value_name = "VIEW", default_value_t = Viewpoint::Best, allow_hyphen_values = true)]
+    camera: Viewpoint,
+    /// The axis that points up: x, y, z, -x, -y, -z, or a direction such as 0,1,0.2.
+    #[arg(long, value_name = "AXIS", default_value_t = UpAxis::default(), allow_hyphen_values = true)]
+    up: UpAxis,
+    /// What is behind the shapes: white, transparent, or a color such as #f0f0f0.
+    #[arg(long, value_name = "COLOR", default_value_t = Background::White)]
+    background: Background,
+    /// Say next to each picture what the colors mean: the label, how many faces have it, and its share of the area.
+    #[arg(long)]
+    legend: bool,
     /// Make the parts anew with this dihedral threshold, in degrees.
     #[arg(long, value_name = "DEGREES")]
     theta: Option<f64>,
@@ -69,7 +85,7 @@ pub(crate) fn render(args: &RenderArgs) -> Result<()> {
             UsageError("--theta must be from 0 to 180".to_owned())
         );
     }
-    check_output(&args.out)?;
+    let format = output_format(&args.out)?;
     let interrupt = Interrupt::listen()?;
     args.shapes.check()?;
     let scratch = std::env::temp_dir().join(format!("partprobe-render-{}", std::process::id()));
@@ -86,11 +102,11 @@ pub(crate) fn render(args: &RenderArgs) -> Result<()> {
         Some(most) => with_most_parts(&sources.shapes, most as usize),
         None => sources.shapes.iter().collect(),
     };
-    let cells = drawn(args, &chosen, &interrupt)?;
-    let (mut images, mut n_damaged) = (Vec::new(), 0);
+    let cells = drawn(args, format, &chosen, &interrupt)?;
+    let (mut pictures, mut n_damaged) = (Vec::new(), 0);
     for (shape, cell) in chosen.iter().zip(cells) {
         match cell {
-            Ok(image) => images.push(image),
+            Ok(picture) => pictures.push(picture),
             Err(error) => {
                 n_damaged += usize::from(is_damaged_carrier(&error));
                 warnings.push(format!("{}: {error:#}", shape.id));
@@ -100,12 +116,11 @@ pub(crate) fn render(args: &RenderArgs) -> Result<()> {
     warnings
         .iter()
         .for_each(|warning| stderr::print_line(format_args!("warning: {warning}")));
-    ensure!(!images.is_empty(), "no shape could be drawn");
-    write_atomically(
-        &args.out,
-        &Image::sheet(&images, columns(args, images.len())).to_png()?,
-    )?;
-    let drawn = counted(images.len(), "shape", "shapes");
+    let n_drawn = pictures.len();
+    ensure!(n_drawn > 0, "no shape could be drawn");
+    let bytes = sheet(pictures, columns(args, n_drawn), format)?;
+    write_atomically(&args.out, &bytes)?;
+    let drawn = counted(n_drawn, "shape", "shapes");
     print_line(format_args!(
         "{}: {drawn} drawn, {} failed",
         args.out.display(),
@@ -114,21 +129,17 @@ pub(crate) fn render(args: &RenderArgs) -> Result<()> {
     refuse_damaged_carriers(n_damaged)
 }
 
-/// Refuses a name that a picture cannot be written to, before anything is drawn.
-fn check_output(output: &Path) -> Result<()> {
+/// The format that the name of the picture says. A name that cannot be written to is refused before anything is drawn.
+fn output_format(output: &Path) -> Result<PictureFormat> {
     let name = output.display();
-    let is_png = output
-        .extension()
-        .is_some_and(|extension| extension.eq_ignore_ascii_case("png"));
-    ensure!(
-        is_png,
+    let format = PictureFormat::of_path(output).ok_or_else(|| {
         UsageError(format!(
-            "{name}: pictures are written as PNG only; give a name that ends in .png"
+            "{name}: pictures are written as PNG, SVG or PDF; give a name that ends in .png, .svg or .pdf"
         ))
-    );
+    })?;
     ensure!(
         !output.is_dir(),
-        UsageError(format!("{name} is a folder; give the name of a PNG file"))
+        UsageError(format!("{name} is a folder; give the name of a file"))
     );
     let folder = output
         .parent()
@@ -137,7 +148,7 @@ fn check_output(output: &Path) -> Result<()> {
         folder.is_none_or(Path::is_dir),
         UsageError(format!("{name}: its folder does not exist; make it first"))
     );
-    Ok(())
+    Ok(format)
 }
 
 /// The shapes with the most parts, most first; the lower id at a tie.
@@ -171,15 +182,16 @@ fn columns(args: &RenderArgs, n_images: usize) -> usize {
 /// The cell of each shape; shapes are named where there are several.
 fn drawn(
     args: &RenderArgs,
+    format: PictureFormat,
     shapes: &[&ShapeInput],
     interrupt: &Interrupt,
-) -> Result<Vec<Result<Image>>> {
+) -> Result<Vec<Result<Cell>>> {
     let n_pictures = shapes.len() * if args.stages { 3 } else { 1 };
     let n_pixels = n_pictures
         .saturating_mul(args.size as usize)
         .saturating_mul(args.size as usize);
     ensure!(
-        n_pixels <= MAX_PIXELS,
+        n_pixels <= MAX_PIXELS || !format.has_pixels(),
         UsageError(format!(
             "{n_pictures} pictures are too large for one sheet; choose a smaller --size, or --most-parts"
         ))
@@ -187,7 +199,10 @@ fn drawn(
     let style = PictureStyle {
         label: args.color.clone(),
         size: args.size as usize,
-        viewpoint: args.view,
+        viewpoint: args.camera,
+        up: args.up,
+        background: args.background,
+        legend: args.legend,
     };
     let bar = Progress::on_terminal().bar("draw", shapes.len());
     let pool = rayon::ThreadPoolBuilder::new()
@@ -201,16 +216,12 @@ fn drawn(
             !carrier.mesh().triangles.is_empty(),
             "no face has a triangle"
         );
-        let image = if args.stages {
-            style.stages(&carrier)?
-        } else {
-            style.picture(&carrier)?
-        };
+        let cell = Cell::of(&carrier, &style, args.stages, format)?;
         bar.inc(1);
         Ok(if shapes.len() > 1 {
-            image.with_caption(&shape.id, &note(&carrier, args), style.text_scale())
+            cell.with_caption(&shape.id, &note(&carrier, args), style.text_scale())
         } else {
-            image
+            cell
         })
     };
     let cells = pool.install(|| shapes.par_iter().map(one).collect());
