@@ -295,7 +295,7 @@ mod tests {
                 _ => f64::from(i32::from(pixel[0]) - behind) / f64::from(ink - behind),
             };
             let inked: Vec<f64> = image.rgba.chunks_exact(4).map(opacity).collect();
-            assert!(inked.iter().any(|&part| part == 1.0), "{background}");
+            assert!(inked.contains(&1.0), "{background}");
             let n_between = inked.iter().filter(|&&part| 0.2 < part && part < 0.8);
             assert!(n_between.count() > 20, "{background}");
         }

@@ -60,12 +60,12 @@ impl FromStr for Viewpoint {
         }
         let named = NAMED.iter().find(|(name, _)| *name == text);
         let numbers = named.map_or_else(|| numbers_of(text), |(_, angles)| angles.to_vec());
-        match numbers.as_slice() {
-            &[azimuth_deg, elevation_deg] if elevation_deg.abs() <= 90.0 => Ok(Self::Angles {
+        match *numbers.as_slice() {
+            [azimuth_deg, elevation_deg] if elevation_deg.abs() <= 90.0 => Ok(Self::Angles {
                 azimuth_deg,
                 elevation_deg,
             }),
-            &[x, y, z] if norm([x, y, z]) > 0.0 => Ok(Self::From([x, y, z])),
+            [x, y, z] if norm([x, y, z]) > 0.0 => Ok(Self::From([x, y, z])),
             _ => Err(NotAViewpoint(text.to_owned())),
         }
     }

@@ -152,7 +152,8 @@ fn what_does_not_fit_is_named() {
 
 #[test]
 fn settings_without_a_counterpart_are_refused_by_their_key() {
-    let refusals: [(fn(&mut Ptv3Config), &str); 5] = [
+    type Change = fn(&mut Ptv3Config);
+    let refusals: [(Change, &str); 5] = [
         (|ptv3| ptv3.norm = NormKind::Layer, "net.backbone.norm"),
         (
             |ptv3| ptv3.cell_exchange = true,
