@@ -201,8 +201,10 @@ class Errors(unittest.TestCase):
         self.assertEqual([carrier.id for carrier in carriers], ["a__s0"])
 
     def test_ctrl_c_ends_the_wait(self):
+        # A shell that starts this test in the background has it ignore Ctrl-C, and children inherit that.
         script = (
-            "import partprobe\n"
+            "import signal, partprobe\n"
+            "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
             "step = partprobe.synth(seed=3, min_parts=30, max_parts=40)\n"
             "print('ready', flush=True)\n"
             "while True: partprobe.label(step, chord_fraction=1e-4, angle_rad=0.02)\n"
