@@ -44,6 +44,7 @@ ELSEWHERE = {
     "partprobe label abc assemblies": "it needs the folders of a study; tools/docs/studies.py runs it",
     "partprobe run hour --data solids": "it trains for an hour; tools/docs/studies.py runs it",
     "partprobe run configs/label-sources.toml": "it trains for an hour and a half; tools/docs/studies.py runs it",
+    "partprobe run configs/label-controls.toml": "it trains for hours; tools/docs/studies.py runs it",
     "just study": "a study takes minutes to hours; `just studies` says which ones are out of date",
     "just check-mesh-sources": "it installs CGAL and libigl, and takes minutes",
     "just bench-": "a benchmark needs a quiet machine",
