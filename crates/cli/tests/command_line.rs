@@ -71,11 +71,11 @@ fn shipped_configs_are_listed_and_printed_as_they_are() {
     assert!(
         listed
             .lines()
-            .any(|line| line == "hour        An hour of training for one label source"),
+            .any(|line| line == "| hour | An hour of training for one label source |"),
         "{listed}"
     );
-    for line in listed.lines() {
-        let name = line.split(' ').next().unwrap();
+    for line in listed.lines().skip(2) {
+        let name = line.split(' ').nth(1).unwrap();
         let source = check(folder.path(), &["config", "show", name, "--source"], 0, "");
         assert!(source.starts_with("# "), "{source}");
     }

@@ -63,7 +63,7 @@ fn labels_are_checked_before_anything_is_trained() {
         "",
     );
     assert!(
-        table.starts_with("faces: 3 of 3 shapes have labels\n  joined by step-id        3"),
+        table.starts_with("faces: 3 of 3 shapes have labels\n\n| labels | shapes |\n|---|---:|\n| joined by step-id | 3 |"),
         "{table}"
     );
 
@@ -134,7 +134,7 @@ fn exported_meshes_bring_their_parts_back() {
         ];
         let table = check(root, &arguments, 0, "");
         assert!(table.contains(&format!("joined by {way} ")), "{table}");
-        assert!(table.contains("each labeled             2"), "{table}");
+        assert!(table.contains("| each labeled | 2 |"), "{table}");
     }
 }
 
@@ -172,7 +172,7 @@ fn imported_labels_are_a_source_like_any_other() {
     }
 
     let table = check(root, &[&["sources"], &mine[..]].concat(), 0, "");
-    assert!(table.contains("\nmine "), "{table}");
+    assert!(table.contains("\n| mine |"), "{table}");
     sample(
         "a",
         &["--source", "mine"],
@@ -359,7 +359,7 @@ fn labels_of_triangles_find_their_triangles() {
     ];
     let table = check(root, &arguments, 0, "");
     assert!(
-        table.starts_with("mesh: 2 of 2 shapes have labels\n  joined by index"),
+        table.starts_with("mesh: 2 of 2 shapes have labels\n\n| labels | shapes |\n|---|---:|\n| joined by index |"),
         "{table}"
     );
     let moved = ["--set", "meshes=moved"];
@@ -475,7 +475,7 @@ fn labels_of_exported_meshes_come_back_by_index() {
     let by_map = ["--type", "partfield", "--set", "map=pf"];
     let table = check(root, &[&check_labels[..], &by_map].concat(), 0, "");
     assert!(
-        table.contains("3 of 3 shapes have labels\n  joined by index, level 7"),
+        table.contains("3 of 3 shapes have labels\n\n| labels | shapes |\n|---|---:|\n| joined by index, level 7 |"),
         "{table}"
     );
     assert!(table.contains("labels of other shapes   0"), "{table}");
