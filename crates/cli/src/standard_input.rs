@@ -10,6 +10,7 @@ use partprobe_imports::{holds_rows_of_numbers, is_given_name};
 use std::fs::{self, File};
 use std::io::{self, Read};
 use std::path::{Component, Path, PathBuf};
+use tempfile::TempDir;
 
 /// The path that means the standard input.
 const DASH: &str = "-";
@@ -31,7 +32,8 @@ pub(crate) fn is_standard_input(path: &Path) -> bool {
 /// The standard input as a file, which is removed when this value goes away.
 #[derive(Debug)]
 pub(crate) struct StandardInput {
-    folder: PathBuf,
+    /// Nobody else can have made this folder, and it goes away with the value.
+    folder: TempDir,
     file: PathBuf,
 }
 
@@ -44,14 +46,16 @@ impl StandardInput {
     /// If the standard input is empty, it cannot be read or stored, or the name has several components.
     pub(crate) fn read(name: &str, max_bytes: u64) -> Result<Self> {
         check_name(name)?;
-        let folder = std::env::temp_dir().join(format!("partprobe-stdin-{}", std::process::id()));
-        fs::create_dir_all(&folder).with_context(|| format!("making {}", folder.display()))?;
-        // From here on, whatever happens, the folder goes away again.
+        let folder = TempDir::with_prefix("partprobe-stdin-")
+            .context("making a folder for the standard input")?;
         let mut input = Self {
-            file: folder.join("unnamed"),
+            file: folder.path().join("unnamed"),
             folder,
         };
-        let storing = || format!("storing the standard input in {}", input.folder.display());
+        let storing = || {
+            let folder = input.folder.path().display();
+            format!("storing the standard input in {folder}")
+        };
         let mut file = File::create(&input.file).with_context(storing)?;
         let n_bytes = io::copy(
             &mut io::stdin().lock().take(max_bytes.saturating_add(1)),
@@ -60,7 +64,7 @@ impl StandardInput {
         .with_context(storing)?;
         drop(file);
         ensure!(n_bytes > 0, "the standard input is empty");
-        let named = input.folder.join(input.named(name, n_bytes)?);
+        let named = input.folder.path().join(input.named(name, n_bytes)?);
         fs::rename(&input.file, &named).with_context(storing)?;
         input.file = named;
         Ok(input)
@@ -88,13 +92,6 @@ impl StandardInput {
             Packing::Nothing => ending_of_content(&start, n_bytes),
         };
         Ok(format!("{name}{ending}"))
-    }
-}
-
-impl Drop for StandardInput {
-    fn drop(&mut self) {
-        // A folder that cannot be removed is not a failure of the work that is done.
-        let _ = fs::remove_dir_all(&self.folder);
     }
 }
 

@@ -59,7 +59,7 @@ pub use data::tokens::{TokenizeError, Tokens, tokenize};
 pub use kernels::one_thread::ThreadError;
 pub use model::backbones::{
     BackboneConfig, LiteptConfig, LiteptPreset, PointnetConfig, Preset, Ptv3Config, PtxConfig,
-    Stages,
+    SerializedConfig, SizePreset, Stages,
 };
 pub use model::layers::NormKind;
 pub use model::net_config::NetConfig;

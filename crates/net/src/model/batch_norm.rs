@@ -61,20 +61,27 @@ impl BatchNorm {
     }
 }
 
-/// Moves the running statistics among `values` towards those that a pass has recorded.
+/// Moves the running statistics among `values` towards those that a pass has recorded, but for tensors that keep their values.
 pub(crate) fn move_running_statistics(
     shapes: &[ParameterShape],
     values: &mut [f32],
     recorded: &[f32],
+    is_kept: impl Fn(&str) -> bool,
 ) {
     let (mut values, mut recorded) = (values, recorded.iter());
     for shape in shapes {
         let (own, rest) = values.split_at_mut(shape.len().min(values.len()));
         values = rest;
-        if shape.is_statistic() {
-            for (running, batch) in own.iter_mut().zip(&mut recorded) {
-                *running += MOMENTUM * (batch - *running);
-            }
+        if !shape.is_statistic() {
+            continue;
+        }
+        let recorded = recorded.by_ref().take(shape.len());
+        if is_kept(&shape.name) {
+            recorded.for_each(drop);
+            continue;
+        }
+        for (running, batch) in own.iter_mut().zip(recorded) {
+            *running += MOMENTUM * (batch - *running);
         }
     }
 }
@@ -113,7 +120,9 @@ mod tests {
     fn running_statistics_move_by_a_hundredth_and_rule_at_test_time() {
         let norm = norm();
         let mut values = values(&norm);
-        move_running_statistics(&shapes(&norm), &mut values, &[3.0, 0.0, 4.0, 16.0]);
+        move_running_statistics(&shapes(&norm), &mut values, &[3.0, 0.0, 4.0, 16.0], |_| {
+            false
+        });
         assert_eq!(values[..4], [1.0, 1.0, 0.0, 0.0]);
         for (found, expected) in values[4..].iter().zip([0.03, 0.0, 1.03, 1.15]) {
             assert!((found - expected).abs() < 1e-6, "{values:?}");

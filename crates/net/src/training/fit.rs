@@ -95,7 +95,7 @@ impl Training {
         self.move_statistics(&gradient.statistics);
 
         let mut mean = gradient.into_mean(losses.len());
-        self.for_each_frozen(|own, _| mean[own].fill(0.0));
+        self.freeze_gradient(&mut mean);
         let grad_norm = clip(&mut mean, self.settings.optim.clip_norm);
         let learning_rate = self.update(&mean);
         Ok(StepReport {

@@ -260,26 +260,25 @@ impl Training {
     /// Moves the running statistics of batch norms, which have no gradient: the update leaves them as they are.
     fn move_statistics(&mut self, statistics: &[Vec<f32>]) {
         let shapes = parameters::shapes(self.model.network());
-        let before = self.values.clone();
+        let config = &self.settings.train;
         for recorded in statistics {
-            move_running_statistics(&shapes, &mut self.values, recorded);
+            move_running_statistics(&shapes, &mut self.values, recorded, |name| {
+                config.freezes(name)
+            });
         }
-        self.for_each_frozen(|own, training| {
-            training.values[own.clone()].copy_from_slice(&before[own]);
-        });
     }
 
-    /// Calls `act` with the range of each tensor that keeps its weights.
-    fn for_each_frozen(&mut self, mut act: impl FnMut(std::ops::Range<usize>, &mut Self)) {
+    /// Takes the gradient of each tensor away that keeps its weights.
+    fn freeze_gradient(&self, gradient: &mut [f32]) {
         if self.settings.train.freeze.is_empty() {
             return;
         }
-        let mut first = 0;
+        let mut rest = gradient;
         for shape in parameters::shapes(self.model.network()) {
-            let own = first..first + shape.len();
-            first = own.end;
+            let (own, after) = rest.split_at_mut(shape.len());
+            rest = after;
             if self.settings.train.freezes(&shape.name) {
-                act(own, self);
+                own.fill(0.0);
             }
         }
     }

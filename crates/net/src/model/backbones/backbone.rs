@@ -13,39 +13,42 @@ use partprobe_carrier::Rng;
 /// Input channels of a token: position and normal.
 pub(crate) const N_FEATURES: usize = 6;
 
-/// A network from tokens to one row of features per token. The embedding head follows it.
-pub(crate) trait Backbone: Module + Sized {
-    /// The settings in `[net.backbone]`.
-    type Config;
-    /// One shape as numbers, without tensors, so that a loader thread can prepare it.
-    type Input;
-
+/// The settings of a backbone in `[net.backbone]`: what they say without a network.
+pub(crate) trait BackboneSettings: Sized {
     /// Refuses settings that no network can have.
     ///
     /// # Errors
     /// If a value is out of its range.
-    fn check(config: &Self::Config) -> Result<(), ConfigError>;
+    fn check(&self) -> Result<(), ConfigError>;
 
     /// Depths and widths. The output has [`Stages::output_width`] channels.
-    fn stages(config: &Self::Config) -> Stages;
+    fn stages(&self) -> Stages;
 
     /// The sizes that `partprobe models` lists, each with its name.
-    fn named_sizes(config: &Self::Config) -> Vec<(&'static str, Self::Config)>;
+    fn named_sizes(&self) -> Vec<(&'static str, Self)>;
 
     /// Whether the shapes of a batch must go through the network together, because it has batch norms.
-    fn runs_batch_as_one(_config: &Self::Config) -> bool {
+    fn runs_batch_as_one(&self) -> bool {
         false
     }
 
     /// The space-filling curves of each level at test time; empty if the backbone has none.
-    fn test_orders(_config: &Self::Config) -> CurveOrders {
+    fn test_orders(&self) -> CurveOrders {
         CurveOrders::new()
     }
 
     /// The curves of each level for one training step. It draws as many numbers for any settings of the backbone.
-    fn training_orders(_config: &Self::Config, _rng: &mut Rng) -> CurveOrders {
+    fn training_orders(&self, _rng: &mut Rng) -> CurveOrders {
         CurveOrders::new()
     }
+}
+
+/// A network from tokens to one row of features per token. The embedding head follows it.
+pub(crate) trait Backbone: Module + Sized {
+    /// The settings in `[net.backbone]`.
+    type Config: BackboneSettings;
+    /// One shape as numbers, without tensors, so that a loader thread can prepare it.
+    type Input;
 
     /// Turns the tokens of one shape into the input of the network.
     fn prepare(config: &Self::Config, tokens: &Tokens, orders: &CurveOrders) -> Self::Input;

@@ -50,7 +50,7 @@ macro_rules! backbones {
             /// If a value is out of its range.
             pub(crate) fn check(&self) -> Result<(), ConfigError> {
                 match self {
-                    $(Self::$name(config) => <$name as Backbone>::check(config),)+
+                    $(Self::$name(config) => BackboneSettings::check(config),)+
                 }
             }
 
@@ -58,7 +58,7 @@ macro_rules! backbones {
             #[must_use]
             pub fn stages(&self) -> Stages {
                 match self {
-                    $(Self::$name(config) => <$name as Backbone>::stages(config),)+
+                    $(Self::$name(config) => BackboneSettings::stages(config),)+
                 }
             }
 
@@ -66,7 +66,7 @@ macro_rules! backbones {
             #[must_use]
             pub fn named_sizes(&self) -> Vec<(&'static str, Self)> {
                 match self {
-                    $(Self::$name(config) => <$name as Backbone>::named_sizes(config)
+                    $(Self::$name(config) => BackboneSettings::named_sizes(config)
                         .into_iter()
                         .map(|(name, config)| (name, Self::$name(config)))
                         .collect(),)+
@@ -76,21 +76,21 @@ macro_rules! backbones {
             /// Whether the shapes of a batch must go through the network together.
             pub(crate) fn runs_batch_as_one(&self) -> bool {
                 match self {
-                    $(Self::$name(config) => <$name as Backbone>::runs_batch_as_one(config),)+
+                    $(Self::$name(config) => BackboneSettings::runs_batch_as_one(config),)+
                 }
             }
 
             /// The curves of each level at test time.
             pub(crate) fn test_orders(&self) -> CurveOrders {
                 match self {
-                    $(Self::$name(config) => <$name as Backbone>::test_orders(config),)+
+                    $(Self::$name(config) => BackboneSettings::test_orders(config),)+
                 }
             }
 
             /// The curves of each level for one training step.
             pub(crate) fn training_orders(&self, rng: &mut Rng) -> CurveOrders {
                 match self {
-                    $(Self::$name(config) => <$name as Backbone>::training_orders(config, rng),)+
+                    $(Self::$name(config) => BackboneSettings::training_orders(config, rng),)+
                 }
             }
 

@@ -3,35 +3,33 @@
 //! The fine levels have convolutions and no attention, the coarse ones attention and no convolution. Attention knows the
 //! positions of tokens by rotary encoding along the axes of the grid. The decoder unpools and has no blocks.
 
-use super::backbone::{Backbone, N_FEATURES};
+use super::backbone::{Backbone, BackboneSettings, N_FEATURES};
 use super::leveled_tokens::SurroundedTokens;
 use super::ptv3::block::{Mlp, Xcpe};
 use super::rotary_attention::{Axes, RotaryAttention};
-use super::serialization::Serialization;
+use super::serialization::{SerializedConfig, SizePreset};
 use super::stages::Stages;
 use super::stem::{STEM_VOLUME, Stem};
 use super::u_net::{self, BlockSettings, DecoderStage, EncoderStage, StageBlock, UNetSettings};
-use crate::config::ConfigError;
-use crate::data::curve::Curve;
 use crate::data::hierarchy::{CurveOrders, Hierarchy};
 use crate::data::level_rows::LevelRows;
 use crate::data::tokens::Tokens;
 use crate::model::forward_mode::ForwardMode;
-use crate::model::layers::{LayerNorm, NormKind};
+use crate::model::layers::LayerNorm;
 use crate::model::parameters::Initializer;
 use burn::module::Module;
 use burn::tensor::{Device, Tensor};
-use partprobe_carrier::Rng;
 use serde::{Deserialize, Serialize};
 
 /// Channels of an attention head: three pairs for each axis.
 const HEAD_DIM: usize = 18;
 
 /// The named sizes of `LitePT`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum LiteptPreset {
     /// Three stages: trains on a CPU.
+    #[default]
     Micro,
     /// Four stages.
     Tiny,
@@ -39,13 +37,10 @@ pub enum LiteptPreset {
     Small,
 }
 
-impl LiteptPreset {
-    /// Every preset, from the smallest up.
-    pub const ALL: [Self; 3] = [Self::Micro, Self::Tiny, Self::Small];
+impl SizePreset for LiteptPreset {
+    const SIZES: &'static [Self] = &[Self::Micro, Self::Tiny, Self::Small];
 
-    /// The name that a config file uses.
-    #[must_use]
-    pub fn name(self) -> &'static str {
+    fn size_name(self) -> &'static str {
         match self {
             Self::Micro => "micro",
             Self::Tiny => "tiny",
@@ -53,9 +48,7 @@ impl LiteptPreset {
         }
     }
 
-    /// Depths and widths; `small` is LitePT-S as published.
-    #[must_use]
-    pub fn stages(self) -> Stages {
+    fn size_stages(self) -> Stages {
         let new = |encoder: &[(usize, usize)], decoder_widths: &[usize]| {
             let (encoder_depths, encoder_widths) = encoder.iter().copied().unzip();
             Stages {
@@ -74,7 +67,9 @@ impl LiteptPreset {
             ),
         }
     }
+}
 
+impl LiteptPreset {
     /// How many of the finest stages have convolutions. The others have attention.
     fn n_convolution_stages(self) -> usize {
         match self {
@@ -85,48 +80,7 @@ impl LiteptPreset {
 }
 
 /// The settings of `LitePT`.
-#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct LiteptConfig {
-    /// Depths and widths of the stages.
-    pub preset: LiteptPreset,
-    /// Tokens in a patch of the serialized attention.
-    pub patch: usize,
-    /// The norm of stem, pooling and unpooling; blocks always have LayerNorm.
-    pub norm: NormKind,
-    /// Highest probability with which training leaves out a branch of a block, drawn for each point.
-    pub drop_path: f64,
-    /// The curves that serialize a shape, in the order in which the blocks of a stage take turns.
-    pub orders: Vec<Curve>,
-    /// Whether training shuffles the curves on each level, anew for each shape and step.
-    pub shuffle_orders: bool,
-}
-
-impl Default for LiteptConfig {
-    /// The smallest preset, on all curves.
-    fn default() -> Self {
-        Self {
-            preset: LiteptPreset::Micro,
-            patch: 128,
-            norm: NormKind::Layer,
-            drop_path: 0.0,
-            orders: Curve::ALL.to_vec(),
-            shuffle_orders: true,
-        }
-    }
-}
-
-impl LiteptConfig {
-    fn serialization(&self) -> Serialization<'_> {
-        Serialization {
-            n_levels: self.preset.stages().n_levels(),
-            patch: self.patch,
-            orders: &self.orders,
-            shuffle_orders: self.shuffle_orders,
-            drop_path: self.drop_path,
-        }
-    }
-}
+pub type LiteptConfig = SerializedConfig<LiteptPreset>;
 
 /// The network below the embedding head.
 #[derive(Module, Debug)]
@@ -201,42 +155,12 @@ impl Backbone for Litept {
     type Config = LiteptConfig;
     type Input = SurroundedTokens;
 
-    fn check(config: &LiteptConfig) -> Result<(), ConfigError> {
-        config.serialization().check()
-    }
-
-    fn stages(config: &LiteptConfig) -> Stages {
-        config.preset.stages()
-    }
-
-    fn named_sizes(config: &LiteptConfig) -> Vec<(&'static str, LiteptConfig)> {
-        let with_preset = |preset: LiteptPreset| LiteptConfig {
-            preset,
-            ..config.clone()
-        };
-        LiteptPreset::ALL
-            .map(|preset| (preset.name(), with_preset(preset)))
-            .to_vec()
-    }
-
-    fn runs_batch_as_one(config: &LiteptConfig) -> bool {
-        config.norm == NormKind::Batch
-    }
-
-    fn test_orders(config: &LiteptConfig) -> CurveOrders {
-        config.serialization().test_orders()
-    }
-
-    fn training_orders(config: &LiteptConfig, rng: &mut Rng) -> CurveOrders {
-        config.serialization().training_orders(rng)
-    }
-
     fn prepare(config: &LiteptConfig, tokens: &Tokens, orders: &CurveOrders) -> SurroundedTokens {
         SurroundedTokens::new(tokens, Hierarchy::new(tokens, config.patch, orders))
     }
 
     fn new(init: &Initializer, config: &LiteptConfig) -> Self {
-        let stages = config.preset.stages();
+        let stages = config.stages();
         let settings = UNetSettings {
             stages: &stages,
             norm: config.norm,

@@ -20,6 +20,7 @@ pub(crate) mod u_net;
 pub(crate) use backbone::features;
 pub use litept::LiteptPreset;
 pub use ptv3::Preset;
+pub use serialization::{SerializedConfig, SizePreset};
 pub use stages::Stages;
 
 use crate::config::ConfigError;
@@ -27,7 +28,7 @@ use crate::data::hierarchy::CurveOrders;
 use crate::data::tokens::Tokens;
 use crate::model::forward_mode::ForwardMode;
 use crate::model::parameters::Initializer;
-use backbone::Backbone;
+use backbone::{Backbone, BackboneSettings};
 use burn::module::Module;
 use burn::tensor::{Device, Tensor};
 use dispatch::backbones;

@@ -3,7 +3,7 @@
 //! It takes one row of features per token and returns one row per token. A token receives information about the other
 //! tokens only from the maximum over all of them.
 
-use super::backbone::{Backbone, N_FEATURES, features, matrix};
+use super::backbone::{Backbone, BackboneSettings, N_FEATURES, features, matrix};
 use super::stages::Stages;
 use crate::config::{ConfigError, ensure};
 use crate::data::hierarchy::CurveOrders;
@@ -30,32 +30,33 @@ pub(crate) struct Pointnet {
     merge: Projection,
 }
 
-impl Backbone for Pointnet {
-    type Config = PointnetConfig;
-    /// The features of one shape, row by row.
-    type Input = Vec<f32>;
-
-    fn check(config: &PointnetConfig) -> Result<(), ConfigError> {
-        let widths = &config.widths;
+impl BackboneSettings for PointnetConfig {
+    fn check(&self) -> Result<(), ConfigError> {
         ensure(
-            !widths.is_empty() && widths.iter().all(|width| (1..=4096).contains(width)),
+            !self.widths.is_empty() && self.widths.iter().all(|width| (1..=4096).contains(width)),
             "net.backbone.widths",
             "must hold at least one width, each in 1..=4096",
         )
     }
 
-    fn stages(config: &PointnetConfig) -> Stages {
+    fn stages(&self) -> Stages {
         Stages {
-            encoder_depths: vec![1; config.widths.len()],
-            encoder_widths: config.widths.clone(),
+            encoder_depths: vec![1; self.widths.len()],
+            encoder_widths: self.widths.clone(),
             decoder_depths: Vec::new(),
             decoder_widths: Vec::new(),
         }
     }
 
-    fn named_sizes(config: &PointnetConfig) -> Vec<(&'static str, PointnetConfig)> {
-        vec![("pointnet", config.clone())]
+    fn named_sizes(&self) -> Vec<(&'static str, Self)> {
+        vec![("pointnet", self.clone())]
     }
+}
+
+impl Backbone for Pointnet {
+    type Config = PointnetConfig;
+    /// The features of one shape, row by row.
+    type Input = Vec<f32>;
 
     fn prepare(_: &PointnetConfig, tokens: &Tokens, _: &CurveOrders) -> Vec<f32> {
         features(tokens)

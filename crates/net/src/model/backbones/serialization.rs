@@ -1,9 +1,13 @@
 //! Defines the settings that every backbone with serialized attention has: patches, curves, and paths that training drops.
 
+use super::backbone::BackboneSettings;
+use super::stages::Stages;
 use crate::config::{ConfigError, ensure};
 use crate::data::curve::Curve;
 use crate::data::hierarchy::{CurveOrders, fixed_orders, shuffled_orders};
+use crate::model::layers::NormKind;
 use partprobe_carrier::Rng;
+use serde::{Deserialize, Serialize};
 
 /// The settings of a config, as far as they serialize shapes.
 #[derive(Clone, Copy)]
@@ -58,5 +62,95 @@ impl Serialization<'_> {
         } else {
             self.test_orders()
         }
+    }
+}
+
+/// The named sizes of a backbone; the default is the smallest one.
+pub trait SizePreset: Copy + Default + 'static {
+    /// Every size, from the smallest up.
+    const SIZES: &'static [Self];
+
+    /// The name that a config file uses.
+    fn size_name(self) -> &'static str;
+
+    /// Depths and widths.
+    fn size_stages(self) -> Stages;
+}
+
+/// The settings of a backbone with serialized attention and no switches of its own.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+#[serde(bound(deserialize = "P: SizePreset + Deserialize<'de>"))]
+pub struct SerializedConfig<P> {
+    /// Depths and widths of the stages.
+    pub preset: P,
+    /// Tokens in a patch of the serialized attention.
+    pub patch: usize,
+    /// The norm of stem, pooling and unpooling; blocks always have LayerNorm.
+    pub norm: NormKind,
+    /// Highest probability with which training leaves out a branch of a block, drawn for each point.
+    pub drop_path: f64,
+    /// The curves that serialize a shape, in the order in which the blocks of a stage take turns.
+    pub orders: Vec<Curve>,
+    /// Whether training shuffles the curves on each level, anew for each shape and step.
+    pub shuffle_orders: bool,
+}
+
+impl<P: SizePreset> Default for SerializedConfig<P> {
+    /// The smallest size, on all curves.
+    fn default() -> Self {
+        Self {
+            preset: P::default(),
+            patch: 128,
+            norm: NormKind::Layer,
+            drop_path: 0.0,
+            orders: Curve::ALL.to_vec(),
+            shuffle_orders: true,
+        }
+    }
+}
+
+impl<P: SizePreset> SerializedConfig<P> {
+    fn serialization(&self) -> Serialization<'_> {
+        Serialization {
+            n_levels: self.stages().n_levels(),
+            patch: self.patch,
+            orders: &self.orders,
+            shuffle_orders: self.shuffle_orders,
+            drop_path: self.drop_path,
+        }
+    }
+}
+
+impl<P: SizePreset> BackboneSettings for SerializedConfig<P> {
+    fn check(&self) -> Result<(), ConfigError> {
+        self.serialization().check()
+    }
+
+    fn stages(&self) -> Stages {
+        self.preset.size_stages()
+    }
+
+    fn named_sizes(&self) -> Vec<(&'static str, Self)> {
+        let with_preset = |&preset: &P| Self {
+            preset,
+            ..self.clone()
+        };
+        P::SIZES
+            .iter()
+            .map(|preset| (preset.size_name(), with_preset(preset)))
+            .collect()
+    }
+
+    fn runs_batch_as_one(&self) -> bool {
+        self.norm == NormKind::Batch
+    }
+
+    fn test_orders(&self) -> CurveOrders {
+        self.serialization().test_orders()
+    }
+
+    fn training_orders(&self, rng: &mut Rng) -> CurveOrders {
+        self.serialization().training_orders(rng)
     }
 }

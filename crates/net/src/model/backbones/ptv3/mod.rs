@@ -12,7 +12,7 @@ mod preset;
 pub use config::Ptv3Config;
 pub use preset::Preset;
 
-use super::backbone::{Backbone, N_FEATURES};
+use super::backbone::{Backbone, BackboneSettings, N_FEATURES};
 use super::leveled_tokens::SurroundedTokens;
 use super::stages::Stages;
 use super::stem::{STEM_VOLUME, Stem};
@@ -39,39 +39,41 @@ pub(crate) struct Ptv3 {
     decoder: Vec<DecoderStage<Block>>,
 }
 
-impl Backbone for Ptv3 {
-    type Config = Ptv3Config;
-    type Input = SurroundedTokens;
-
-    fn check(config: &Ptv3Config) -> Result<(), ConfigError> {
-        config.serialization().check()
+impl BackboneSettings for Ptv3Config {
+    fn check(&self) -> Result<(), ConfigError> {
+        self.serialization().check()
     }
 
-    fn stages(config: &Ptv3Config) -> Stages {
-        config.preset.stages()
+    fn stages(&self) -> Stages {
+        self.preset.stages()
     }
 
-    fn named_sizes(config: &Ptv3Config) -> Vec<(&'static str, Ptv3Config)> {
-        let with_preset = |preset: Preset| Ptv3Config {
+    fn named_sizes(&self) -> Vec<(&'static str, Self)> {
+        let with_preset = |preset: Preset| Self {
             preset,
-            ..config.clone()
+            ..self.clone()
         };
         Preset::ALL
             .map(|preset| (preset.name(), with_preset(preset)))
             .to_vec()
     }
 
-    fn runs_batch_as_one(config: &Ptv3Config) -> bool {
-        config.norm == NormKind::Batch
+    fn runs_batch_as_one(&self) -> bool {
+        self.norm == NormKind::Batch
     }
 
-    fn test_orders(config: &Ptv3Config) -> CurveOrders {
-        config.serialization().test_orders()
+    fn test_orders(&self) -> CurveOrders {
+        self.serialization().test_orders()
     }
 
-    fn training_orders(config: &Ptv3Config, rng: &mut Rng) -> CurveOrders {
-        config.serialization().training_orders(rng)
+    fn training_orders(&self, rng: &mut Rng) -> CurveOrders {
+        self.serialization().training_orders(rng)
     }
+}
+
+impl Backbone for Ptv3 {
+    type Config = Ptv3Config;
+    type Input = SurroundedTokens;
 
     fn prepare(config: &Ptv3Config, tokens: &Tokens, orders: &CurveOrders) -> SurroundedTokens {
         let hierarchy = if config.cell_exchange {

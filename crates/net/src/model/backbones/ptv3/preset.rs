@@ -1,13 +1,15 @@
 //! Lists the named sizes of PTv3.
 
+use crate::model::backbones::serialization::SizePreset;
 use crate::model::backbones::stages::Stages;
 use serde::{Deserialize, Serialize};
 
 /// The named sizes of PTv3.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Preset {
     /// Three stages, half a million parameters: trains on a CPU.
+    #[default]
     Micro,
     /// Four stages, 2.4 million parameters.
     Tiny,
@@ -60,5 +62,17 @@ impl Preset {
                 &[(2, 64), (2, 64), (2, 128), (2, 256)],
             ),
         }
+    }
+}
+
+impl SizePreset for Preset {
+    const SIZES: &'static [Self] = &Self::ALL;
+
+    fn size_name(self) -> &'static str {
+        self.name()
+    }
+
+    fn size_stages(self) -> Stages {
+        self.stages()
     }
 }
