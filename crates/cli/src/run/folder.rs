@@ -56,7 +56,7 @@ impl RunFolder {
             root.display()
         );
         let folder = Self::existing(root)?;
-        folder.ensure_config(merged_config)?;
+        folder.take_config(merged_config)?;
         Ok(folder)
     }
 
@@ -95,8 +95,9 @@ impl RunFolder {
         })
     }
 
-    /// Refuses a config other than the one that the run was begun with.
-    fn ensure_config(&self, merged_config: &str) -> Result<()> {
+    /// Refuses a config other than the one that the run was begun with. A config that only makes the training longer takes its
+    /// place, and the scores of the shorter training go.
+    fn take_config(&self, merged_config: &str) -> Result<()> {
         let stored = self.read_text("config.toml")?;
         if stored == merged_config {
             return Ok(());
@@ -124,6 +125,7 @@ impl RunFolder {
             ensure_longer(&stored, &config, &differing).with_context(|| {
                 format!("{} was started with another config", self.root.display())
             })?;
+            self.forget_evaluation()?;
             return self.write("config.toml", merged_config.as_bytes());
         }
         ensure!(
@@ -306,6 +308,28 @@ mod tests {
         assert!(told.contains("spans all of train.steps"), "{told}");
         assert!(told.contains("--init"), "{told}");
         assert!(RunFolder::open(root.path(), &config("train.steps=3"), true).is_ok());
+    }
+
+    #[test]
+    fn tables_of_a_shorter_training_do_not_stand_beside_the_config_of_a_longer_one() {
+        let root = tempfile::tempdir().unwrap();
+        let config = |set: &str| {
+            let overrides = [r#"optim.schedule={type="constant"}"#, set].map(str::to_owned);
+            load("smoke", &overrides).unwrap().merged
+        };
+        let short = RunFolder::open(root.path(), &config("train.steps=3"), false).unwrap();
+        short.write("tables.md", b"scores").unwrap();
+        drop(short);
+
+        let same = RunFolder::open(root.path(), &config("train.steps=3"), true).unwrap();
+        assert!(same.path("tables.md").exists());
+        drop(same);
+        let longer = RunFolder::open(root.path(), &config("train.steps=4"), true).unwrap();
+        assert!(!longer.path("tables.md").exists());
+        assert_eq!(
+            longer.read_text("config.toml").unwrap(),
+            config("train.steps=4")
+        );
     }
 
     #[test]
