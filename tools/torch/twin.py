@@ -522,8 +522,10 @@ class UNet(nn.Module):
                 rows = block(rows, level)
             skips.append(rows)
         for stage, skip, level in zip(self.decoder, skips[-2::-1], levels[-2::-1]):
+            # The child first: batch statistics are compared in the order of the pass.
+            child = stage.child(rows)
             skip = stage.skip(skip)
-            rows = stage.child(rows).index_select(0, level.cluster) + skip
+            rows = child.index_select(0, level.cluster) + skip
             for idx, block in enumerate(stage.blocks):
                 rows = block(rows, level, skip if idx == 0 else None)
         return rows
