@@ -3,7 +3,7 @@
 In: the example `update_time` of crates/implicit, a trunk, points per update. Out: a table of times per update and the
 ratio partprobe/torch. Both run in turn, several rounds of one process each, so that a busy machine burdens both. The time is CPU
 seconds per update, the difference between a long and a short run; the lowest round of each counts. PyTorch computes
-the gradient by the position with `autograd.grad(create_graph=True)`, eagerly or compiled by `torch.compile` (`--compile`).
+the gradient by the position with `autograd.grad(create_graph=True)`.
 Run it by `just bench-implicit`.
 """
 

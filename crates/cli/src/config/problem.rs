@@ -62,7 +62,8 @@ impl ConfigProblem {
         });
         let elsewhere = || {
             if is_unknown_key {
-                key_named(&name, defaults)
+                // A key of another type of the same table has the same path, so it would be no advice.
+                key_named(&name, defaults).filter(|near| *near != key)
             } else {
                 None
             }
@@ -334,6 +335,11 @@ mod tests {
         assert!(
             elsewhere.ends_with("; did you mean `label.theta_deg`?"),
             "{elsewhere}"
+        );
+        let of_another_type = problem("label", "unknown field `theta_deg`, expected `steps`");
+        assert!(
+            !of_another_type.contains("did you mean"),
+            "{of_another_type}"
         );
         let wrong = problem(
             "train.steps",
