@@ -82,7 +82,7 @@ pub use split::{
     split_by_manifest,
 };
 pub use tables::{
-    BinMean, DOSE_KINDS, DifferenceRow, DoseCurve, DoseKind, DosePoint, Endpoint, EndpointError,
-    HomeAdvantage, TableRow, TableSettings, Tables, labels_row, tables,
+    BinMean, DOSE_KINDS, DifferenceRow, DoseCurve, DoseKind, DosePlacement, DosePoint, Endpoint,
+    EndpointError, HomeAdvantage, TableRow, TableSettings, Tables, labels_row, tables,
 };
 pub use verdict::{LOOK_LIMITS, Look, Needed, Verdict, VerdictError, VerdictSettings, look};

@@ -17,8 +17,6 @@ struct Kind {
     prefix: &'static str,
     title: &'static str,
     x_label: &'static str,
-    /// The damage of a dose, in words behind a number.
-    words: &'static str,
     /// Whether the dose 0 is no damage.
     starts_at_zero: bool,
 }
@@ -29,35 +27,30 @@ const KINDS: [Kind; 5] = [
         prefix: "step-merged-share-",
         title: "Parts merged",
         x_label: "merges done (% of all possible)",
-        words: "% of its merges done",
         starts_at_zero: true,
     },
     Kind {
         prefix: "step-merged-",
         title: "Parts merged to K",
         x_label: "parts that are left at most (K)",
-        words: "parts left at most",
         starts_at_zero: false,
     },
     Kind {
         prefix: "step-split-",
         title: "Parts split to K",
         x_label: "parts after splitting (K)",
-        words: "parts after splitting",
         starts_at_zero: false,
     },
     Kind {
         prefix: "step-flipped-",
         title: "Labels of faces flipped",
         x_label: "faces with the label of another part (%)",
-        words: "% of its faces flipped",
         starts_at_zero: true,
     },
     Kind {
         prefix: "step-jittered-",
         title: "Borders moved",
         x_label: "radius by which borders move (‰ of the diagonal)",
-        words: "‰ of the diagonal by which borders move",
         starts_at_zero: true,
     },
 ];
@@ -100,7 +93,6 @@ pub(crate) fn dose_response(tables: &Tables, rows: &[ScoreRow], names: &Names<'_
         labels.extend(score(&labels_row(name)).map(|mean| (dose, mean)));
     }
     let mut charts = String::new();
-    let mut placed = String::new();
     for (kind, (mut trained, mut labels)) in kinds {
         let kind = &KINDS[kind];
         if kind.starts_at_zero
@@ -127,21 +119,9 @@ pub(crate) fn dose_response(tables: &Tables, rows: &[ScoreRow], names: &Names<'_
         }
         let chart = chart(kind, &trained, &labels, &others, names);
         charts.push_str(&figure(kind.title, &chart.to_svg()));
-        for (name, mean) in others.iter().filter(|other| other.0 != UNDAMAGED) {
-            if let Some(dose) = dose_of(&trained, *mean) {
-                let _ = writeln!(
-                    placed,
-                    "<li>{} scores as {UNDAMAGED} with {dose:.0} {}.</li>",
-                    escaped(name),
-                    kind.words
-                );
-            }
-        }
     }
-    if !placed.is_empty() {
-        charts = format!("<div class=\"charts\">{charts}</div>\n<ul>{placed}</ul>\n");
-    } else if !charts.is_empty() {
-        charts = format!("<div class=\"charts\">{charts}</div>\n");
+    if !charts.is_empty() {
+        charts = format!("<div class=\"charts\">{charts}</div>\n{}", placed(tables));
     }
     section(
         "dose-response",
@@ -211,13 +191,17 @@ fn chart(
     }
 }
 
-/// The dose at which the curve first crosses a score; none if it does not.
-fn dose_of(curve: &[Dose], score: f64) -> Option<f64> {
-    curve.windows(2).find_map(|pair| {
-        let [(from, a), (to, b)] = [pair[0], pair[1]];
-        let (a, b) = (a.mean - score, b.mean - score);
-        (a * b <= 0.0 && a != b).then(|| from + (to - from) * a / (a - b))
-    })
+/// A sentence for each source that lies on a curve.
+fn placed(tables: &Tables) -> String {
+    let mut items = String::new();
+    for placement in tables.dose_placements() {
+        let sentence = format!("{} {placement}.", placement.source).replace('`', "");
+        let _ = writeln!(items, "<li>{}</li>", escaped(&sentence));
+    }
+    if items.is_empty() {
+        return items;
+    }
+    format!("<ul>{items}</ul>\n")
 }
 
 #[cfg(test)]
@@ -237,22 +221,5 @@ mod tests {
             [of("step-parts"), of("ward-20"), of("step-merged-share-")],
             [None; 3]
         );
-    }
-
-    #[test]
-    fn a_score_lies_between_two_doses_or_on_no_curve() {
-        let curve = [(0.0, 0.9), (20.0, 0.5), (40.0, 0.7)].map(|(dose, mean)| {
-            (
-                dose,
-                DoseScore {
-                    mean,
-                    interval: None,
-                },
-            )
-        });
-        let found = dose_of(&curve, 0.8).unwrap();
-        assert!((found - 5.0).abs() < 1e-9, "{found}");
-        assert_eq!(dose_of(&curve, 0.3), None);
-        assert_eq!(dose_of(&curve[..1], 0.9), None);
     }
 }

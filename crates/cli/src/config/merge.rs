@@ -253,6 +253,14 @@ mod tests {
             &["eval.clusterers=[\"k-means\", \"k-means\"]"],
             "eval.clusterers",
         );
+        for (name, expected) in [
+            ("pointcept", "Pointcept"),
+            ("ward-20", "built-in"),
+            ("Mine", "a to z"),
+        ] {
+            let table = format!("sources.{name}={{ type = \"faces\", path = \"labels.csv\" }}");
+            check_refusal(&[&table], expected);
+        }
         check_refusal(&["sample.n_points=99999999999999"], "sample.n_points");
         check_refusal(&["net.backbone.orders=[]"], "net.backbone.orders");
         check_refusal(&["net.backbone.orders=[\"morton\"]"], "morton");

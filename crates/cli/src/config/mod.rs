@@ -30,5 +30,5 @@ pub(crate) use settings::{
     Attribute, Config, DataSource, Emit, EvalConfig, Keep, LabelConfig, NormalConfig, SampleConfig,
     SelectConfig, SplitConfig, SynthConfig,
 };
-pub(crate) use source_table::SourceTable;
+pub(crate) use source_table::{FOREIGN_SUPERVISION, SourceTable};
 pub(crate) use stated::{stated_table, with_table};

@@ -6,6 +6,10 @@ use partprobe_sources::{SourceContext, source_named};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
+/// The supervision of weights that learned something else than parts. Every source of a comparison may start from them, so
+/// no source may have this name.
+pub(crate) const FOREIGN_SUPERVISION: &str = "pointcept";
+
 /// What the name of a source says that looks at the answer to choose its labels.
 const OPTIMISTIC: &str = "optimistic";
 
@@ -57,6 +61,10 @@ impl SourceTable {
         ensure!(
             source_named(name).is_err(),
             "sources.{name} has the name of a built-in label source; choose another name"
+        );
+        ensure!(
+            name != FOREIGN_SUPERVISION,
+            "sources.{name} has the name that converted weights of Pointcept have; choose another name"
         );
         let picks_the_best = self.context().parameter("k") == Some("best");
         ensure!(

@@ -4,14 +4,11 @@
 //! that were trained on the labels of another source are refused in a comparison, because the difference that it measures
 //! would then be that of two trainings.
 
-use crate::config::Config;
+use crate::config::{Config, FOREIGN_SUPERVISION};
 use anyhow::{Context, Result, ensure};
 use partprobe_carrier::sha256_hex;
 use partprobe_net::{Backend, InitialWeights, Model, ModelFile};
 use std::fs;
-
-/// The supervision of weights that learned something else than parts. Every source of a comparison may start from them.
-pub(crate) const FOREIGN_SUPERVISION: &str = "pointcept";
 
 /// Weights from another run.
 pub(super) struct LoadedWeights {

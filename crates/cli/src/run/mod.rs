@@ -49,7 +49,6 @@ pub(crate) use execution::{Execution, ExecutionArgs};
 pub(crate) use folder::RunFolder;
 pub(crate) use frozen_parts::ensure_frozen_parts;
 pub(crate) use host::{RunRecord, today};
-pub(crate) use initial_weights::FOREIGN_SUPERVISION;
 pub(crate) use nonfinite::DumpedUpdate;
 pub(crate) use page::page_of_folder;
 pub(crate) use results::checked_expectations;

@@ -2,8 +2,8 @@
 //!
 //! A file goes in and a file comes out. What could not be taken along is named on stderr.
 
-use crate::config::{Config, load};
-use crate::run::{FOREIGN_SUPERVISION, train_settings};
+use crate::config::{Config, FOREIGN_SUPERVISION, load};
+use crate::run::train_settings;
 use crate::stderr;
 use crate::stdout::print_line;
 use anyhow::{Context, Result, ensure};

@@ -5,7 +5,7 @@
 
 use super::{DifferenceRow, TableRow, Tables};
 use crate::metrics::MIOU;
-use std::fmt::Write as _;
+use std::fmt::{self, Write as _};
 
 /// A kind of damage: how its sources are named, and what a dose of it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -78,6 +78,52 @@ impl DoseCurve {
     }
 }
 
+/// The dose at which the undamaged source scores as another source does.
+///
+/// As a text, it is the end of a sentence about that source: "scores as `step-parts` with 15 (12 to 18) % of its parts …".
+#[derive(Clone, Debug, PartialEq)]
+pub struct DosePlacement {
+    /// The kind of damage.
+    pub kind: DoseKind,
+    /// The other source.
+    pub source: String,
+    /// The dose, or `None` if the source scores worse than the largest dose.
+    pub dose: Option<f64>,
+    /// The doses at the ends of the interval of the difference, the smaller one first. Each can be `None` as above.
+    pub interval: Option<[Option<f64>; 2]>,
+    /// The largest dose that was tried.
+    pub largest_dose: f64,
+}
+
+impl DosePlacement {
+    fn new(curve: &DoseCurve, source: &str, point: DosePoint) -> Self {
+        let interval = point
+            .interval
+            .map(|[low, high]| [curve.dose_of(high), curve.dose_of(low)]);
+        Self {
+            kind: curve.kind,
+            source: source.to_owned(),
+            dose: curve.dose_of(point.difference),
+            interval,
+            largest_dose: curve.largest_dose(),
+        }
+    }
+}
+
+impl fmt::Display for DosePlacement {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let dose = |dose: Option<f64>| match dose {
+            Some(dose) => format!("{dose:.0}"),
+            None => format!("more than {:.0}", self.largest_dose),
+        };
+        write!(f, "scores as `{UNDAMAGED}` with {}", dose(self.dose))?;
+        if let Some([low, high]) = self.interval {
+            write!(f, " ({} to {})", dose(low), dose(high))?;
+        }
+        write!(f, " {}", self.kind.unit)
+    }
+}
+
 impl Tables {
     /// The curves of the first table: by the reference of the bins and the first clusterer. A kind needs two doses.
     #[must_use]
@@ -135,8 +181,21 @@ impl Tables {
         })
     }
 
+    /// Where each other trained source lies on each of the [curves](Self::dose_curves), by kind of damage.
+    #[must_use]
+    pub fn dose_placements(&self) -> Vec<DosePlacement> {
+        let others = self.others();
+        let of_curve = |curve: DoseCurve| {
+            let place =
+                |(name, point): &(&str, DosePoint)| DosePlacement::new(&curve, name, *point);
+            others.iter().map(place).collect::<Vec<_>>()
+        };
+        self.dose_curves().into_iter().flat_map(of_curve).collect()
+    }
+
     /// A Markdown section with a table per kind of damage, and a sentence for each other source. It is empty without curves.
     pub(super) fn dose_response(&self) -> String {
+        let placements = self.dose_placements();
         let mut text = String::new();
         for curve in self.dose_curves() {
             let _ = writeln!(
@@ -155,8 +214,8 @@ impl Tables {
                 );
             }
             text.push('\n');
-            for (name, point) in self.others() {
-                text.push_str(&placed(&curve, name, point));
+            for placement in placements.iter().filter(|found| found.kind == curve.kind) {
+                let _ = writeln!(text, "`{}` {placement}.", placement.source);
             }
         }
         text
@@ -175,21 +234,6 @@ impl Tables {
             .filter_map(|row| Some((row.supervision.as_str(), self.dose_point(row, 0.0)?)))
             .collect()
     }
-}
-
-fn placed(curve: &DoseCurve, name: &str, point: DosePoint) -> String {
-    let dose = |difference: f64| match curve.dose_of(difference) {
-        Some(dose) => format!("{dose:.0}"),
-        None => format!("more than {:.0}", curve.largest_dose()),
-    };
-    let range = point.interval.map_or_else(String::new, |[low, high]| {
-        format!(" ({} to {})", dose(high), dose(low))
-    });
-    format!(
-        "`{name}` scores as `{UNDAMAGED}` with {}{range} {}.\n",
-        dose(point.difference),
-        curve.kind.unit
-    )
 }
 
 #[cfg(test)]

@@ -16,7 +16,7 @@ mod shape_means;
 pub(crate) mod tests;
 
 pub use difference::DifferenceRow;
-pub use dose::{DOSE_KINDS, DoseCurve, DoseKind, DosePoint};
+pub use dose::{DOSE_KINDS, DoseCurve, DoseKind, DosePlacement, DosePoint};
 pub use endpoint::{Endpoint, EndpointError};
 pub use home_advantage::HomeAdvantage;
 pub use order::labels_row;
