@@ -75,7 +75,7 @@ def measure(study, data, partprobe, out):
     words = {"data": " ".join(map(shlex.quote, data)), "out": str(out), "partprobe": str(partprobe)}
     for number, name in enumerate(("first", "second", "third", "fourth")):
         words[name] = shlex.quote(data[number]) if number < len(data) else ""
-    words["rest"] = " ".join(map(shlex.quote, data[1:]))
+    words["rest"], words["after_third"] = (" ".join(map(shlex.quote, data[after:])) for after in (1, 3))
     output = ""
     for command in study["commands"]:
         command = command.format(**words)
