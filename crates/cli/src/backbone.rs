@@ -1,7 +1,7 @@
 //! Opens a trained backbone: a run folder or a file of weights goes in, the network and the settings by which it prepares shapes come out.
 
 use crate::config::{Config, load, overrides_of_preparation};
-use crate::run::{RunFolder, read_weights};
+use crate::run::{RunFolder, read_weights, weights_path};
 use crate::usage::UsageError;
 use anyhow::{Context, Result, ensure};
 use partprobe_carrier::{Embeddings, PointSample, sha256_hex};
@@ -106,6 +106,19 @@ impl BackboneArgs {
             ))
         );
         let seed = self.seed.unwrap_or(compare.seeds[0]);
+        let seeds: Vec<String> = compare.seeds.iter().map(u64::to_string).collect();
+        ensure!(
+            compare.seeds.contains(&seed),
+            UsageError(format!(
+                "the run has no backbone with seed {seed}, only {}",
+                seeds.join(", ")
+            ))
+        );
+        ensure!(
+            folder.path(&weights_path(supervision, seed)).is_file(),
+            "the training of `{supervision}` with seed {seed} is not finished in {}; resume the run with --resume",
+            self.run.display()
+        );
         let weights = read_weights(&folder, supervision, seed)?;
         Ok((config, weights))
     }

@@ -48,6 +48,12 @@ impl Interrupt {
         Ok(interrupt)
     }
 
+    /// Asks to stop, as Ctrl-C does: the program then ends with [`EXIT_CODE`].
+    pub(crate) fn ask(&self) {
+        ASKED.store(true, Ordering::Relaxed);
+        self.flag.store(true, Ordering::Relaxed);
+    }
+
     /// Whether the user has asked to stop.
     #[must_use]
     pub(crate) fn is_set(&self) -> bool {

@@ -116,12 +116,18 @@ pub fn main() -> ExitCode {
         if stdout::is_closed(&error) {
             return ExitCode::SUCCESS;
         }
-        stderr::print_line(format_args!("error: {error:#}"));
+        // What the user asked for is not an error.
+        let prefix = if interrupt::was_asked() {
+            ""
+        } else {
+            "error: "
+        };
+        stderr::print_line(format_args!("{prefix}{error:#}"));
         ExitCode::from(exit_code(&error))
     })
 }
 
-/// 130 where the user stopped the work, 2 where the call cannot be meant, 1 for any other error.
+/// 130 if the user stopped the work, 2 if the call cannot be meant, 1 for any other error.
 fn exit_code(error: &anyhow::Error) -> u8 {
     if interrupt::was_asked() {
         interrupt::EXIT_CODE

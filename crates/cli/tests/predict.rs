@@ -226,6 +226,37 @@ fn step_files_meshes_and_clouds_are_prepared_as_the_training_was() {
         (
             &[
                 "predict",
+                "first",
+                step,
+                "--out",
+                "x",
+                "--clusterer",
+                "average-link",
+            ],
+            2,
+            "needs the number of parts",
+        ),
+        (
+            &[
+                "predict",
+                "first",
+                step,
+                "--out",
+                "x",
+                "--clusterer",
+                "average-lnk",
+            ],
+            2,
+            "there is no clustering `average-lnk`, only k-means",
+        ),
+        (
+            &["predict", "first", step, "--out", "x", "--seed", "7"],
+            2,
+            "the run has no backbone with seed 7, only 0",
+        ),
+        (
+            &[
+                "predict",
                 WEIGHTS,
                 "block.obj",
                 "--out",

@@ -82,7 +82,9 @@ fn numbers(manifest: &Manifest, facts: &DatasheetFacts) -> String {
 fn unlabeled(manifest: &Manifest, facts: &DatasheetFacts) -> String {
     let mut text = "## Files and solids without labels\n\n".to_owned();
     if facts.unlabeled.is_empty() {
-        text.push_str("Every file that was given has labels.\n");
+        if manifest.counts.left_out.is_empty() {
+            text.push_str("Every file that was given has labels.\n");
+        }
     } else {
         text.push_str("| status | reason | number |\n|---|---|---:|\n");
         for Unlabeled { status, reason, n } in &facts.unlabeled {

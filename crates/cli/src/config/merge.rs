@@ -66,7 +66,7 @@ fn load_any(name_or_path: &str, overrides: &[String]) -> Result<LoadedConfig> {
                     text: &config.text,
                 })
                 .collect();
-            place_of(&problem.key, overrides, &layers)
+            place_of(problem, overrides, &layers)
         });
         error.context(place.unwrap_or_else(|| format!("config `{name_or_path}`")))
     })

@@ -191,7 +191,12 @@ pub(super) struct Layer<'a> {
 }
 
 /// Where the caller wrote a key: an argument, or a line of a file. Later words win, so they are looked at first.
-pub(super) fn place_of(key: &str, overrides: &[String], layers: &[Layer<'_>]) -> Option<String> {
+pub(super) fn place_of(
+    problem: &ConfigProblem,
+    overrides: &[String],
+    layers: &[Layer<'_>],
+) -> Option<String> {
+    let key = problem.key.as_str();
     if key.is_empty() {
         return None;
     }
@@ -212,16 +217,14 @@ pub(super) fn place_of(key: &str, overrides: &[String], layers: &[Layer<'_>]) ->
         return Some(format!("--set {assignment}"));
     }
     layers.iter().find_map(|layer| {
-        Some(format!(
-            "{}, line {}",
-            layer.name,
-            line_of(&path, layer.text)?
-        ))
+        let line = line_of(&path, &problem.message, layer.text)?;
+        Some(format!("{}, line {line}", layer.name))
     })
 }
 
-/// The line, from 1, on which a key stands.
-fn line_of(path: &[&str], text: &str) -> Option<usize> {
+/// The line, from 1, of a key. If the key is a table, it is the line of what the message quotes: one of its keys, or the
+/// value of one.
+fn line_of(path: &[&str], message: &str, text: &str) -> Option<usize> {
     let table = DeTable::parse(text).ok()?;
     let mut table = table.get_ref();
     let mut place = None;
@@ -231,9 +234,20 @@ fn line_of(path: &[&str], text: &str) -> Option<usize> {
         match value.get_ref() {
             DeValue::Table(below) => table = below,
             _ if idx + 1 < path.len() => return None,
-            _ => {}
+            _ => return Some(line_at(text, place?)),
         }
     }
+    // What is expected is quoted as well, and is not what was written.
+    let about = message.split("expected ").next().unwrap_or_default();
+    let with_key = |word| table.iter().find(|(key, _)| key.get_ref() == word);
+    let with_value = |word| {
+        let is_value = |value: &DeValue<'_>| value.as_str() == Some(word);
+        table.iter().find(|(_, value)| is_value(value.get_ref()))
+    };
+    let inner = quoted(about)
+        .find_map(with_key)
+        .or_else(|| quoted(about).find_map(with_value));
+    let place = inner.map(|(key, _)| key.span().start).or(place);
     Some(line_at(text, place?))
 }
 

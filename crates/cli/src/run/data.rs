@@ -229,7 +229,7 @@ fn split_anew(
     );
     ensure!(
         !split.test.is_empty(),
-        "no shape is left to test on ({selection})"
+        "no shape is left to test on ({selection}); give more files, since train, valid and test need shapes of their own"
     );
     for shape in &mut shapes {
         shape.group = split.group_of(&shape.id).unwrap_or(&shape.id).to_owned();

@@ -2,6 +2,7 @@
 
 use super::damaged_json::damaged_json;
 use super::longer::{ensure_longer, is_of_length};
+use super::split_file;
 use crate::config::{Config, differences, listed};
 use crate::usage::UsageError;
 use anyhow::{Context, Result, bail, ensure};
@@ -51,9 +52,11 @@ impl RunFolder {
             }
         }
         ensure!(
-            resume,
-            "{} is not empty; resume the run in it with --resume, or choose another --out",
-            root.display()
+            resume || is_same_call(root, merged_config),
+            UsageError(format!(
+                "{} is not empty; resume the run in it with --resume, or choose another --out",
+                root.display()
+            ))
         );
         let folder = Self::existing(root)?;
         folder.take_config(merged_config)?;
@@ -66,10 +69,11 @@ impl RunFolder {
     /// If it holds no `config.toml`, or another program works in it.
     pub(crate) fn existing(root: &Path) -> Result<Self> {
         if !root.join("config.toml").is_file() {
-            bail!(
-                "{} is not a run folder: it has no config.toml",
-                root.display()
-            );
+            let reason = match root.is_dir() {
+                true => "is not a run folder: it has no config.toml",
+                false => "is not a folder",
+            };
+            bail!(UsageError(format!("{} {reason}", root.display())));
         }
         Self::locked(root)
     }
@@ -231,6 +235,13 @@ impl RunFolder {
     }
 }
 
+/// Whether a folder holds a run with this config that ended before its shapes were dealt to the sides, for example because a
+/// file was missing: then nothing of it is lost if the same call starts again.
+fn is_same_call(root: &Path, merged_config: &str) -> bool {
+    let stored = fs::read_to_string(root.join("config.toml"));
+    stored.is_ok_and(|stored| stored == merged_config) && !root.join(split_file::FILE).exists()
+}
+
 /// Whether a folder holds anything but a lock.
 fn is_used(root: &Path) -> Result<bool> {
     if !root.is_dir() {
@@ -283,6 +294,11 @@ mod tests {
         drop(first);
         assert!(root.join(LOCK_FILE).exists());
         assert!(RunFolder::open(&root, &config, true).is_ok());
+        assert!(
+            RunFolder::open(&root, &config, false).is_ok(),
+            "nothing is lost if a call starts again that ended before its split"
+        );
+        fs::write(root.join("split.json"), "{}").unwrap();
         assert!(
             RunFolder::open(&root, &config, false)
                 .unwrap_err()

@@ -160,6 +160,8 @@ impl Observer for RunObserver<'_> {
                 .write(&self.job.path("last"), &training.checkpoint()?)?;
         }
         if is_stopped && !is_last {
+            // The time that the user has given is over; a script tells this from a failure by the exit code.
+            self.job.execution.interrupt.ask();
             bail!(
                 "stopped at step {done} of {n_steps}; the checkpoint is written, continue with --resume"
             );

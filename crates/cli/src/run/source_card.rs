@@ -31,7 +31,10 @@ impl Run<'_> {
         if has_card(self.folder) {
             return Ok(());
         }
-        let shapes: Vec<&Shape> = self.data.shapes.values().collect();
+        // A duplicate of another shape is on no side, and a run that is repeated does not load it.
+        let split = self.data.split();
+        let takes_part = |shape: &&Shape| split.group_of(&shape.id).is_some();
+        let shapes: Vec<&Shape> = self.data.shapes.values().filter(takes_part).collect();
         let card = card_of(&shapes, self.config);
         let text = card.to_markdown();
         self.execution.progress.note(&format!(

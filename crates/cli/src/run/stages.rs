@@ -197,7 +197,7 @@ impl<'a> Run<'a> {
         for &seed in &compare.seeds {
             for supervision in &compare.supervision {
                 let weights = self.folder.path(&weights_path(supervision, seed));
-                if compare.supervision.len() > 1 && !weights.exists() {
+                if !weights.exists() {
                     self.execution.progress.note(&format!(
                         "{supervision}, seed {seed}: not trained yet, left out"
                     ));
@@ -207,6 +207,11 @@ impl<'a> Run<'a> {
                 trained.push((supervision.as_str(), seed));
             }
         }
+        ensure!(
+            !trained.is_empty(),
+            "no backbone of {} is trained yet; finish its trainings with --resume",
+            self.folder.root().display()
+        );
         Ok(trained)
     }
 

@@ -18,7 +18,8 @@ pub(crate) struct TrainingArgs {
     /// stand for those of the training.
     #[arg(long, value_name = "WEIGHTS")]
     init: Option<String>,
-    /// Stop each training after this many minutes, as Ctrl-C would: it leaves a checkpoint, and --resume continues.
+    /// Stop after this many minutes of a training, as Ctrl-C would: it leaves a checkpoint, --resume continues, and the exit code is
+    /// 130.
     #[arg(long, value_name = "MINUTES", value_parser = minutes)]
     stop_after: Option<Duration>,
     /// Builds a fault into the training, to see whether the run's expectations notice.

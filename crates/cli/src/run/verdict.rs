@@ -4,8 +4,10 @@ use super::evaluation::{Embedder, ScoredModel, evaluate};
 use super::scoring_place::{Boundaries, ScoringPlace};
 use super::stages::Run;
 use crate::config::Config;
-use anyhow::Result;
-use partprobe_eval::{MIOU, ScoreRow, VerdictSettings};
+use crate::usage::UsageError;
+use anyhow::{Result, ensure};
+use partprobe_eval::{MIOU, ScoreRow, VerdictError, VerdictSettings};
+use std::collections::BTreeSet;
 
 /// What a verdict compares: mIoU by the first clusterer, with every reference of the config as a referee.
 pub(crate) fn verdict_settings(config: &Config, compared: [String; 2]) -> VerdictSettings {
@@ -20,6 +22,21 @@ pub(crate) fn verdict_settings(config: &Config, compared: [String; 2]) -> Verdic
 }
 
 impl Run<'_> {
+    /// Refuses a split whose test shapes come from too few files or repositories for an interval.
+    ///
+    /// # Errors
+    /// If there are too few.
+    pub(crate) fn ensure_test_groups(&self) -> Result<()> {
+        let test = self.data.test()?;
+        let groups: BTreeSet<&str> = test.iter().map(|shape| shape.group.as_str()).collect();
+        let (found, needed) = (groups.len(), self.config.eval.bootstrap().least_groups);
+        ensure!(
+            found >= needed,
+            UsageError(VerdictError::FewGroups { found, needed }.to_string())
+        );
+        Ok(())
+    }
+
     /// The points of the held-out shapes near boundaries of reference parts, which all trainings share.
     ///
     /// # Errors

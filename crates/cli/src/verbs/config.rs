@@ -1,9 +1,12 @@
 //! Runs `partprobe config`: it lists the shipped configs, prints one with everything that it builds on, and checks a file.
 
-use crate::config::{load, shipped, shipped_names};
+use crate::config::{Config, load, shipped, shipped_names};
 use crate::markdown_table::{Alignment, markdown_table};
+use crate::run::checked_expectations;
 use crate::stdout::{print_line, print_result, print_tables};
+use crate::usage::as_usage_error;
 use anyhow::Result;
+use partprobe_sources::source_named;
 
 /// List, print and check configs
 #[derive(Clone, Debug, clap::Args)]
@@ -62,13 +65,25 @@ pub(crate) fn config(args: &ConfigArgs) -> Result<()> {
         Action::List => list(),
         Action::Show(args) => show(args),
         Action::Check(args) => {
-            load(&args.config, &args.set)?;
+            let config = load(&args.config, &args.set)?.config;
+            ensure_known_names(&config).map_err(as_usage_error)?;
             print_line(format_args!(
                 "{}: every key and value is valid",
                 args.config
             ))
         }
     }
+}
+
+/// Refuses what a run refuses before its first stage, as far as it needs no data: files that a config names are not looked at.
+fn ensure_known_names(config: &Config) -> Result<()> {
+    for name in config.label_sources() {
+        if !config.sources.contains_key(&name) {
+            source_named(&name)?;
+        }
+    }
+    checked_expectations(config)?;
+    Ok(())
 }
 
 fn list() -> Result<()> {

@@ -363,12 +363,21 @@ impl Package<'_> {
     }
 }
 
+/// How many shapes with labels are not in the package; empty if all are.
+fn left_out(counts: &Counts) -> String {
+    let n: u64 = counts.left_out.values().sum();
+    match n {
+        0 => String::new(),
+        n => format!("\nleft out: {n}, DATASHEET.md says why"),
+    }
+}
+
 fn summary(out: &Path, manifest: &Manifest) -> String {
     let counts = &manifest.counts;
     let number = |n: u64, one, many| counted(usize::try_from(n).unwrap_or(usize::MAX), one, many);
     let bytes: u64 = manifest.files.values().map(|file| file.bytes).sum();
     format!(
-        "{}: labels of {} in {}, {}, {}\nwithout labels: {}",
+        "{}: labels of {} in {}, {}, {}\nwithout labels: {}{}",
         out.display(),
         number(counts.n_shapes, "shape", "shapes"),
         number(counts.n_files, "file", "files"),
@@ -379,6 +388,7 @@ fn summary(out: &Path, manifest: &Manifest) -> String {
             "file or solid",
             "files or solids"
         ),
+        left_out(counts),
     )
 }
 

@@ -43,8 +43,10 @@ pub(crate) struct RerunArgs {
 /// If the folder is no finished run, or a stage fails.
 pub(crate) fn rerun(args: &RerunArgs) -> Result<ExitCode> {
     ensure!(
-        args.execution.set.is_empty(),
-        UsageError("--set would make another run; use `partprobe run` for that".to_owned())
+        args.training.overrides(&args.execution.set).is_empty(),
+        UsageError(
+            "--set and --init would make another run; use `partprobe run` for that".to_owned()
+        )
     );
     let config_file = args.run.join("config.toml");
     if config_file.is_file() {
@@ -137,7 +139,9 @@ fn differing_files(first: &Path, second: &Path) -> Result<Comparison> {
         for folder in ["checkpoints", "predictions", "test"] {
             add_files(root, &root.join(folder), &mut names)?;
         }
-        names.insert("scores.jsonl".to_owned());
+        for file in ["scores.jsonl", "source_card.json"] {
+            names.insert(file.to_owned());
+        }
     }
     let content = |root: &Path, name: &str| fs::read(root.join(name)).ok();
     let differs = |name: &&String| content(first, name) != content(second, name);

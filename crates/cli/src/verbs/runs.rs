@@ -127,19 +127,26 @@ fn listed_run(path: &Path) -> ListedRun {
         .as_ref()
         .is_some_and(|config| config.contains_key("implicit"));
     let tables = json("tables.json");
-    let miou = tables.as_ref().and_then(|tables| {
-        let rows = tables["rows"].as_array()?;
-        let name = supervision.first()?;
-        let first = rows.iter().find(|row| row["supervision"] == name.as_str());
-        first?["means"]["miou"].as_f64()
-    });
+    let row_of = |name: &String| {
+        let rows = tables.as_ref()?["rows"].as_array()?;
+        rows.iter().find(|row| row["supervision"] == name.as_str())
+    };
+    let miou = supervision
+        .first()
+        .and_then(row_of)
+        .and_then(|row| row["means"]["miou"].as_f64());
+    // An evaluation before the last training has the rows that need no training, and lacks some of these.
+    let has_scores = supervision.iter().all(|name| row_of(name).is_some());
     ListedRun {
         run: path
             .file_name()
             .unwrap_or_default()
             .to_string_lossy()
             .into_owned(),
-        state: state(path, is_implicit, &supervision, &seeds),
+        state: match is_implicit {
+            true => state_of_implicit(path),
+            false => state(path, has_scores, &supervision, &seeds),
+        },
         started_unix_s: json("run.json").and_then(|run| run["started_unix_s"].as_u64()),
         n_test: json("split.json").and_then(|split| Some(split["test"].as_array()?.len())),
         supervision,
@@ -148,7 +155,15 @@ fn listed_run(path: &Path) -> ListedRun {
     }
 }
 
-fn state(path: &Path, is_implicit: bool, supervision: &[String], seeds: &[u64]) -> &'static str {
+/// The implicit probe writes its tables at the end, and has no weights.
+fn state_of_implicit(path: &Path) -> &'static str {
+    match path.join("tables.csv").is_file() {
+        true => "scored",
+        false => "begun",
+    }
+}
+
+fn state(path: &Path, has_scores: bool, supervision: &[String], seeds: &[u64]) -> &'static str {
     let is_trained = |source: &String, seed: &u64| {
         let weights = format!("checkpoints/{source}-{seed}/model.safetensors");
         path.join(weights).is_file()
@@ -156,13 +171,7 @@ fn state(path: &Path, is_implicit: bool, supervision: &[String], seeds: &[u64]) 
     let mut trainings = supervision
         .iter()
         .flat_map(|source| seeds.iter().map(move |seed| (source, seed)));
-    // The implicit probe writes its tables at the end, and has no weights.
-    let result = if is_implicit {
-        "tables.csv"
-    } else {
-        "scores.jsonl"
-    };
-    if path.join(result).is_file() {
+    if has_scores && path.join("scores.jsonl").is_file() {
         "scored"
     } else if trainings.all(|(source, seed)| is_trained(source, seed)) {
         "trained"

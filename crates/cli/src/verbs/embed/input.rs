@@ -5,6 +5,7 @@ use crate::label::carriers_of_path;
 use crate::points::points_of;
 use crate::run::Execution;
 use crate::shape_input::{FailedInput, ShapeArgs, ShapeInput, ShapeInputs};
+use crate::standard_input::is_standard_input;
 use crate::usage::UsageError;
 use anyhow::{Context, Result, bail, ensure};
 use partprobe_carrier::{
@@ -99,7 +100,7 @@ impl Inputs {
             _opened: Vec::new(),
         };
         for path in paths {
-            if !holds_shapes(path) {
+            if !is_for_the_shared_reader(path) {
                 inputs.list.push(Input::File(path.clone()));
                 continue;
             }
@@ -124,13 +125,18 @@ impl Inputs {
     }
 }
 
-/// Whether a path is a folder, an archive or a list, and not one file.
-fn holds_shapes(path: &Path) -> bool {
+/// Whether the reader of shapes that all verbs share takes a path: the standard input, a folder, an archive, a list, or rows of
+/// numbers. Any other file is read here.
+fn is_for_the_shared_reader(path: &Path) -> bool {
+    if is_standard_input(path) {
+        return true;
+    }
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let name = name.to_ascii_lowercase();
     let ends = |endings: &[&str]| endings.iter().any(|ending| name.ends_with(ending));
     let is_many = ends(&[".zip", ".7z", ".tar", ".tgz", ".txt"]) || name.contains(".tar.");
-    path.is_dir() || (path.is_file() && is_many)
+    let is_rows = ends(&[".npy", ".xyz", ".pts"]);
+    path.is_dir() || (path.is_file() && (is_many || is_rows))
 }
 
 /// The shapes of a file: of a STEP file each of its shapes, of any other file one.
@@ -162,7 +168,7 @@ pub(super) fn shapes_of_path(path: &Path, config: &Config) -> Result<Vec<EmbedIn
         },
         _ if step_stem(&name).is_some() => return carriers(path, config),
         other => bail!(UsageError(format!(
-            "`{other}` is not a kind of file that can be embedded; give .step, .npz, .ply, .obj, .off or .stl"
+            "`{other}` is not a kind of file that can be embedded; give .step, .npz, .npy, .xyz, .pts, .ply, .obj, .off or .stl"
         ))),
     };
     Ok(vec![EmbedInput {

@@ -6,6 +6,7 @@ use super::input::{Input, Inputs};
 use super::library_model::LibraryModel;
 use crate::backbone::{Backbone, BackboneArgs};
 use crate::counted::counted;
+use crate::output_folder::ensure_empty;
 use crate::run::{Execution, ExecutionArgs};
 use crate::stdout::print_result;
 use anyhow::{Context, Result, ensure};
@@ -37,8 +38,8 @@ Exit codes: 0 every file was embedded, 1 some or none, 2 wrong usage.")]
 pub(crate) struct EmbedArgs {
     #[command(flatten)]
     backbone: BackboneArgs,
-    /// STEP files (.step, .stp), carriers and points (.npz), meshes (.ply, .obj, .off, .stl), points (.ply); folders, archives, lists
-    /// (.txt) and data sets of them.
+    /// STEP files (.step, .stp), carriers and points (.npz), meshes (.ply, .obj, .off, .stl), points (.ply, .npy, .xyz, .pts); folders,
+    /// archives, lists (.txt) and data sets of them; `-` is the standard input.
     #[arg(value_name = "PATH", required = true)]
     paths: Vec<PathBuf>,
     /// The folder to write to.
@@ -64,11 +65,15 @@ pub(crate) struct EmbedArgs {
 pub(crate) fn embed(args: &EmbedArgs) -> Result<ExitCode> {
     let execution = Execution::new(&args.execution)?;
     let backbone = args.backbone.open(&args.execution.set, execution.backend)?;
+    if !args.resume {
+        ensure_empty(&args.out)?;
+    }
     fs::create_dir_all(&args.out).with_context(|| format!("making {}", args.out.display()))?;
     let model = LibraryModel::of(&args.backbone, &args.execution.set, args.form)?;
     model.ensure_fits(&args.out)?;
     let inputs = Inputs::open(&args.paths, &backbone.config, &execution)?;
     let mut lines = Vec::new();
+    let mut n_kept = 0;
     let bar = execution.progress.bar("embed", inputs.list().len());
     for input in inputs.list() {
         // What cannot be read concerns one input; what cannot be written concerns all that follow.
@@ -79,6 +84,7 @@ pub(crate) fn embed(args: &EmbedArgs) -> Result<ExitCode> {
                     if lines.is_empty() {
                         model.write(&args.out)?;
                     }
+                    n_kept += usize::from(bytes.is_none());
                     lines.push(IndexLine::written(&id, &input.name()));
                 }
             }
@@ -95,6 +101,10 @@ pub(crate) fn embed(args: &EmbedArgs) -> Result<ExitCode> {
         );
     }
     bar.finish();
+    if n_kept > 0 {
+        let kept = counted(n_kept, "file was there already", "files were there already");
+        execution.progress.note(&format!("{kept}: they stay"));
+    }
     conclude(&args.out, &lines)
 }
 

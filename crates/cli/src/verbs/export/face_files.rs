@@ -5,8 +5,8 @@ use super::common_args::CommonArgs;
 use super::exporter::ShapeExporter;
 use super::mesh_files::with_suffix;
 use crate::shape_input::ShapeInput;
-use anyhow::Result;
-use partprobe_carrier::Carrier;
+use anyhow::{Result, ensure};
+use partprobe_carrier::{Carrier, ShapeKind};
 use partprobe_dataset::json_document;
 use partprobe_formats::{edges_to_csv, faces_to_csv, integer_lines};
 use serde::Serialize;
@@ -75,6 +75,10 @@ impl ShapeExporter for BrepnetArgs {
 
     /// `<stem>.seg` with the label of each face, and the adjacency.
     fn files(&self, shape: &ShapeInput, carrier: &Carrier) -> Result<Files> {
+        ensure!(
+            carrier.kind() == ShapeKind::Brep,
+            "it has no B-Rep, and BRepNet reads faces and their edges"
+        );
         let label = &self.common.label;
         let parts = label.parts_of_faces(carrier)?;
         let mut files = vec![(

@@ -30,6 +30,8 @@ const OUTPUTS: &[Outputs] = &[Outputs {
 }];
 /// The clusterer that finds the number of clusters itself.
 const FINDS_K: &str = "modes";
+/// The clusterer if the number of clusters is given.
+const TAKES_K: &str = "k-means";
 
 /// Divide shapes into parts with a trained backbone
 #[derive(Clone, Debug, clap::Args)]
@@ -55,9 +57,10 @@ pub(crate) struct PredictArgs {
     /// The number of parts: `auto` finds it, `step-parts` takes as many as the part rule finds, or a number.
     #[arg(long, value_name = "K", default_value = "auto")]
     k: PartCount,
-    /// The clustering, if the number of parts is given: k-means or average-link.
-    #[arg(long, value_name = "NAME", default_value = "k-means")]
-    clusterer: String,
+    /// The clustering: `k-means` or `average-link` if --k gives the number of parts, which is `k-means` without this option;
+    /// `modes` if --k is `auto`.
+    #[arg(long, value_name = "NAME")]
+    clusterer: Option<String>,
 }
 
 /// Where the number of parts comes from.
@@ -116,22 +119,28 @@ pub(crate) fn predict(args: &PredictArgs) -> Result<()> {
 
 impl PredictArgs {
     fn clusterer(&self) -> Result<&'static ClustererFactory> {
-        let name = if self.k == PartCount::Auto {
-            FINDS_K
-        } else {
-            &self.clusterer
-        };
-        let found = ClustererFactory::named(name).filter(|_| {
-            let takes_k = self.clusterer != FINDS_K;
-            self.k == PartCount::Auto || takes_k
-        });
-        found.ok_or_else(|| {
+        let finds_k = self.k == PartCount::Auto;
+        let default = if finds_k { FINDS_K } else { TAKES_K };
+        let name = self.clusterer.as_deref().unwrap_or(default);
+        let found = ClustererFactory::named(name).ok_or_else(|| {
             UsageError(format!(
-                "`--clusterer {}` does not take a number of parts; choose k-means or average-link, or leave out --k",
-                self.clusterer
+                "there is no clustering `{name}`, only {}",
+                ClustererFactory::known_names()
             ))
-            .into()
-        })
+        })?;
+        ensure!(
+            finds_k || name != FINDS_K,
+            UsageError(format!(
+                "`--clusterer {name}` does not take a number of parts; choose k-means or average-link, or leave out --k"
+            ))
+        );
+        ensure!(
+            !finds_k || name == FINDS_K,
+            UsageError(format!(
+                "`--clusterer {name}` needs the number of parts; give --k N or --k step-parts"
+            ))
+        );
+        Ok(found)
     }
 
     /// The shapes, labeled as the backbone's own were.

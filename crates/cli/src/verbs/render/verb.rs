@@ -41,10 +41,10 @@ pub(crate) struct RenderArgs {
     out: PathBuf,
     /// What gives a face its color: part, raw-part (before small parts were absorbed), type, face, cad (the colors of the STEP file), or
     /// the name of a label layer that the carriers store.
-    #[arg(long, value_name = "LABEL", default_value_t = FaceLabel::Part)]
+    #[arg(long, visible_alias = "label", value_name = "LABEL", default_value_t = FaceLabel::Part)]
     color: FaceLabel,
     /// Draw faces, types and parts of each shape side by side.
-    #[arg(long)]
+    #[arg(long, conflicts_with = "color")]
     stages: bool,
     /// Of all shapes, draw the N with the most parts.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]

@@ -55,7 +55,7 @@ pub(crate) struct SampleArgs {
     #[arg(long, value_enum)]
     format: SampleFormat,
     /// Points of a shape; the config's sample.n_points if not given.
-    #[arg(long, value_name = "N")]
+    #[arg(long, visible_alias = "points", value_name = "N")]
     n_points: Option<usize>,
     /// Which normal a point gets; the config's sample.normals if not given.
     #[arg(long, value_enum)]

@@ -39,7 +39,7 @@ accuracy; `normals` then tell the two sides of a thin wall apart. Embeddings are
 reference has parts. A file that cannot be scored is named, and the others are scored.
 
 A file of bounds has lines such as `miou = \">= 0.5\"` or `\"k-means.accuracy\" = \">= 0.7\"`.
-Exit codes: 0 done, 1 a file could not be scored, 3 a bound is missed.")]
+Exit codes: 0 done, 3 a bound is missed, 1 no bound is missed, but a file could not be scored.")]
 pub(crate) struct ScoreArgs {
     /// The folder with the files.
     #[arg(value_name = "DIR")]

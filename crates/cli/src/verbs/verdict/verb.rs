@@ -111,11 +111,11 @@ pub(crate) fn verdict(args: &VerdictArgs) -> Result<ExitCode> {
         .out
         .clone()
         .unwrap_or_else(|| Path::new("runs").join(format!("{}-verdict", today())));
-    let is_begun = root.join("run/config.toml").exists();
+    let is_started = root.join("run/split.json").exists();
     ensure!(
-        args.resume || !is_begun,
+        args.resume || !is_started,
         UsageError(format!(
-            "{} has a verdict already; resume it with --resume, or choose another --out",
+            "{} holds a verdict that was started; resume it with --resume, or choose another --out",
             root.display()
         ))
     );
@@ -232,6 +232,7 @@ impl<'a> Session<'a> {
         }
         let folder = RunFolder::open(&path, &loaded.merged, false)?;
         let mut run = self.run(&loaded, &folder)?;
+        ensure_enough_groups(&run, &path)?;
         let seed = loaded.config.compare.seeds[0];
         run.train(&self.mine.name, seed, &self.args.training)?;
         let boundaries = run.boundaries()?;
@@ -254,6 +255,7 @@ impl<'a> Session<'a> {
         let loaded = self.config(n_updates)?;
         let folder = RunFolder::open(&self.root.join("run"), &loaded.merged, self.args.resume)?;
         let mut run = self.run(&loaded, &folder)?;
+        ensure_enough_groups(&run, folder.root())?;
         remember_data(&folder, self.dataset.root())?;
         let settings = VerdictSettings {
             seed_deviation: self.false_alarms.seed_deviation,
@@ -333,6 +335,15 @@ impl<'a> Session<'a> {
             ExitCode::from(MISSED_BOUND)
         }
     }
+}
+
+/// Refuses data that no look could decide, before any training, and takes the run folder away.
+fn ensure_enough_groups(run: &Run<'_>, folder: &Path) -> Result<()> {
+    if let Err(few) = run.ensure_test_groups() {
+        fs::remove_dir_all(folder).with_context(|| format!("removing {}", folder.display()))?;
+        return Err(few);
+    }
+    Ok(())
 }
 
 fn progress_line(look: &Look) -> String {
