@@ -75,7 +75,7 @@ use verbs::Verb;
     command(
         after_help = "The stages, each alone: label, sample, train, embed, eval; `run` does all of them.
 Start with `partprobe run smoke`, which needs no data, or with `partprobe inspect FILE`.
-Every verb explains itself, for example `partprobe label --help`. Exit codes: 0 done, 1 failed, 2 wrong usage, 3 a bound is missed, 130 stopped by Ctrl-C."
+Every verb explains itself, for example `partprobe label --help`. Exit codes: 0 done, 1 failed, 2 wrong usage, 3 a bound is missed, 130 stopped by Ctrl-C or by --stop-after."
     )
 )]
 #[cfg_attr(
@@ -83,7 +83,7 @@ Every verb explains itself, for example `partprobe label --help`. Exit codes: 0 
     command(
         after_help = "This program was built without training. Build it with `cargo install --path crates/cli` for run, train, embed and eval.
 Start with `partprobe inspect FILE`. Every verb explains itself, for example `partprobe label --help`.
-Exit codes: 0 done, 1 failed, 2 wrong usage, 3 a bound is missed, 130 stopped by Ctrl-C."
+Exit codes: 0 done, 1 failed, 2 wrong usage, 3 a bound is missed, 130 stopped by Ctrl-C or by --stop-after."
     )
 )]
 struct Cli {
