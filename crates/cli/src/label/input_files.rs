@@ -91,8 +91,9 @@ pub(crate) fn input_files(paths: &[PathBuf], lists: &[PathBuf]) -> Result<InputL
         .iter()
         .map(|list| Ok((list, ListText::read(list)?)))
         .collect::<Result<_>>()?;
-    let of_step = found_in_all(paths, &lists, Wanted::Step)?;
+    let mut of_step = found_in_all(paths, &lists, Wanted::Step)?;
     if of_step.found.iter().any(Found::is_of_step) {
+        of_step.found.iter_mut().for_each(Found::add_next_to_step);
         return listed(of_step);
     }
     let given = found_in_all(paths, &lists, Wanted::Given)?;
@@ -547,6 +548,29 @@ mod tests {
                 .iter()
                 .all(|file| file.id.starts_with("d__a__b.step--"))
                 && files[0].id != files[1].id
+        );
+    }
+
+    #[test]
+    fn files_that_are_not_read_next_to_step_files_are_told_from_those_that_never_are() {
+        let folder = tempfile::tempdir().unwrap();
+        for name in ["d/a.step", "d/b.obj", "d/c.pdf"] {
+            fs::create_dir_all(folder.path().join(name).parent().unwrap()).unwrap();
+            fs::write(folder.path().join(name), "").unwrap();
+        }
+        let reason = |source: &str| {
+            let unread = input_files(&[folder.path().join("d")], &[]).unwrap().unread;
+            let entry = unread.into_iter().find(|entry| entry.source == source);
+            entry.unwrap().reason.unwrap()
+        };
+        assert_eq!(
+            reason("d/*.obj"),
+            "files with the ending .obj are not read, for example b.obj: meshes and point clouds are not read next to \
+             STEP files; label them in a call of their own"
+        );
+        assert_eq!(
+            reason("d/*.pdf"),
+            "files with the ending .pdf are not read, for example c.pdf"
         );
     }
 
