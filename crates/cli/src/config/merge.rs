@@ -2,6 +2,7 @@
 
 use super::Config;
 use super::chain::{ConfigText, chain};
+use super::flag::{as_written, without_flag};
 use super::problem::{ConfigProblem, Layer, nearest, place_of};
 use crate::usage::as_usage_error;
 use anyhow::{Context, Result, anyhow, bail};
@@ -116,7 +117,7 @@ fn load_any(name_or_path: &str, overrides: &[String]) -> Result<LoadedConfig> {
     let chain = chain(name_or_path, &text, path.as_deref())?;
     let mut table = merged(&chain);
     for assignment in overrides {
-        set(&mut table, assignment).with_context(|| format!("--set {assignment}"))?;
+        set(&mut table, assignment).with_context(|| as_written(assignment))?;
     }
     from_table(name, table).map_err(|error| {
         let place = error.downcast_ref().and_then(|problem: &ConfigProblem| {
@@ -241,13 +242,13 @@ fn same_variant(below: &Table, above: &Table) -> bool {
 
 /// Applies one `key.path=value`; the value is TOML, or a bare word taken as text.
 pub(super) fn set(table: &mut Table, assignment: &str) -> Result<()> {
-    let (key, value) = assignment
+    let (key, value) = without_flag(assignment)
         .split_once('=')
         .ok_or_else(|| anyhow!("expected key=value, for example label.theta_deg=12"))?;
     let parsed: Result<Table, _> = format!("{key} = {value}").parse();
     let above = match parsed {
         Ok(above) => above,
-        // The value is no TOML: a word like `analytic` needs no quotes on a command line.
+        // The value is not TOML: a word like `analytic` needs no quotes on a command line.
         Err(_) => {
             let quoted = format!("{key} = {}", Value::String(value.trim().to_owned()));
             quoted.parse().map_err(|_| {

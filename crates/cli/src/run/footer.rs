@@ -54,7 +54,7 @@ fn settings(config: &Config, data_hash: &str, normals: Normals) -> String {
          commit {}, data {data_hash}.",
         config.sample.n_points,
         config.tokens.test_tokens,
-        counted(config.tokens.test_poses, "pose"),
+        counted(config.tokens.test_poses, "pose", "poses"),
         config.eval.restarts,
         config.eval.seed,
         seeds.join(", "),
