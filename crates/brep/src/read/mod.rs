@@ -109,6 +109,7 @@ pub enum ReadError {
 fn no_faces(lost: &[LostEntity]) -> String {
     match lost {
         [] => "the file has no faces: it names no solid and no surface model".to_owned(),
+        [one] => format!("the file has no readable face; 1 entity was lost, {one}"),
         [first, ..] => format!(
             "the file has no readable face; {} entities were lost, first {first}",
             lost.len()
@@ -119,7 +120,7 @@ fn no_faces(lost: &[LostEntity]) -> String {
 /// Reads the faces of a STEP file of any edition and encoding, with everything that was lost on the way.
 ///
 /// # Errors
-/// If the text is no STEP file, asks for more work than the budget allows, or has no face that can be read.
+/// If the text is not a STEP file, asks for more work than the budget allows, or has no face that can be read.
 pub fn read(text: &[u8], budget: &ReadBudget) -> Result<Brep, ReadError> {
     if text.iter().all(u8::is_ascii_whitespace) {
         return Err(ReadError::Empty);

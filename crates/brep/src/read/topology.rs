@@ -192,7 +192,7 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
         context
     }
 
-    /// Adds the bounded surfaces among the elements of a geometric set; curves and points are no faces.
+    /// Adds the bounded surfaces among the elements of a geometric set; curves and points are not faces.
     fn add_surfaces(&mut self, reader: Reader<'s, 'a>, set: u64, elements: &[u64]) {
         let context = self.push_shell(
             reader,

@@ -59,7 +59,7 @@ impl ConfigText {
         let name = base.trim_end_matches(".toml");
         let text = shipped(name).with_context(|| {
             format!(
-                "{}: `base = \"{base}\"`: no such file beside the config, and no shipped config of that name",
+                "{}: `base = \"{base}\"`: there is neither a file of that name in the folder of the config nor a shipped config",
                 self.name
             )
         })?;
@@ -147,7 +147,7 @@ mod tests {
             ),
             (
                 vec![("a.toml", on("nowhere"))],
-                "a.toml: `base = \"nowhere\"`: no such file beside the config, and no shipped config of that name",
+                "a.toml: `base = \"nowhere\"`: there is neither a file of that name in the folder of the config nor a shipped config",
             ),
             (
                 vec![("a.toml", on("b.toml")), ("b.toml", "x =".to_owned())],

@@ -77,7 +77,7 @@ pub(crate) struct LabelArgs {
     /// Replace a data set that is already there.
     #[arg(long, conflicts_with_all = ["resume", "retry"])]
     force: bool,
-    /// Continue a data set that was begun with the same inputs and settings; begin it if there is none.
+    /// Resume a data set that was started earlier with the same inputs and settings, or start one.
     #[arg(long)]
     resume: bool,
     /// Resume, and label the files with these statuses again; limits may be higher than before.

@@ -46,7 +46,7 @@ pub enum TokenizeError {
     },
     /// A position or a normal is NaN or infinite.
     #[error(
-        "point {point} has a coordinate or a normal that is no finite number; check the carrier's mesh"
+        "point {point} has a coordinate or a normal that is not a finite number; check the carrier's mesh"
     )]
     NotFinite {
         /// Index of the first such point.
