@@ -338,7 +338,7 @@ impl ShapeInputs {
         n_workers: usize,
         interrupt: &Interrupt,
     ) -> Result<()> {
-        // From here on, whatever happens, the folder goes away again.
+        // From here on, the folder is removed in any case.
         self._scratch = Some(Scratch(scratch.to_owned()));
         let job = LabelJob::in_folder(paths, scratch, config, n_workers);
         label_paths(&job, interrupt).map_err(|error| match error.downcast_ref() {
@@ -440,7 +440,7 @@ struct Scratch(PathBuf);
 
 impl Drop for Scratch {
     fn drop(&mut self) {
-        // A folder that was never made, or that cannot be removed, is no failure of the work that is done.
+        // A folder that was never made, or that cannot be removed, is not a failure of the work that is done.
         let _ = fs::remove_dir_all(&self.0);
     }
 }

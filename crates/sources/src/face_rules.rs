@@ -29,7 +29,7 @@ pub(crate) const PRIMITIVE: SourceFactory = SourceFactory::rule(
 .labeling_faces()
 .needing(ShapeKind::Brep);
 
-/// Connected faces of one primitive type are a label, whatever their dihedral angle.
+/// Connected faces of one primitive type are a label, with any dihedral angle between them.
 pub(crate) const PRIMITIVE_CONNECTED: SourceFactory = SourceFactory::rule(
     "primitive-connected",
     "connected faces of one primitive type, at any angle",

@@ -55,7 +55,7 @@ use topology::{Site, TopologyBuilder};
 /// How much work reading may be; every limit counts work, none counts time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ReadBudget {
-    /// Bytes of text; at most 4 GiB are read whatever stands here, in the file and in UTF-8.
+    /// Bytes of text; at most 4 GiB are read with any value, in the file and in UTF-8.
     pub max_bytes: u64,
     /// Instances in the text.
     pub max_entities: u64,

@@ -46,7 +46,7 @@ pub(super) struct Site {
     pub(super) representation: Option<u64>,
 }
 
-/// Where a face hangs: what its reader needs beside its own entity.
+/// Where a face hangs: what its reader needs apart from its own entity.
 #[derive(Clone, Copy)]
 pub(super) struct ShellContext<'s, 'a> {
     pub(super) reader: Reader<'s, 'a>,

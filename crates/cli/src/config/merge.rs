@@ -199,7 +199,7 @@ pub(crate) fn shipped(name: &str) -> Option<&'static str> {
         .map(|shipped| shipped.text)
 }
 
-/// Keys of `[train]` that say the same in two units: whoever sets one unsets the other.
+/// Keys of `[train]` that say the same in two units: if one is set, the other is unset.
 const ALTERNATIVES: [[&str; 2]; 2] = [["steps", "epochs"], ["valid_every", "valid_every_epochs"]];
 
 /// Puts a whole config over another.

@@ -1,5 +1,5 @@
 //! Turns the paths of the command line into STEP files, archives of them, meshes and point clouds, each with the id that
-//! it gets, and into lines for whatever else is there.
+//! it gets, and into lines for all other files.
 
 use super::foreign_file::{foreign_by_content, foreign_by_name};
 use super::found::{Found, FoundItem};
@@ -259,7 +259,7 @@ fn what_by_name(path: &Path) -> FoundItem {
         Ok(Packing::Nothing) if begins_as_step(&start_of(path).unwrap_or_default()) => {
             FoundItem::File(None)
         }
-        // A damaged archive is named by whoever walks it.
+        // A damaged archive is named when it is walked.
         Ok(Packing::Nothing) => FoundItem::File(by_name),
         Err(error) => FoundItem::Unread(Problem::failed(format!("opening the archive: {error}"))),
     }

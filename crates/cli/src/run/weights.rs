@@ -1,6 +1,6 @@
 //! Reads and writes the weights of a trained backbone in a run folder. No other code does.
 //!
-//! The training notes a hash of the file beside it, and whoever reads the file compares. So weights that were changed,
+//! The training notes a hash of the file in the same folder, and every reader of the file compares. So weights that were changed,
 //! exchanged or damaged after the training are refused, by name.
 
 use super::folder::RunFolder;

@@ -56,7 +56,7 @@ type Key<'a> = (&'a str, &'a str);
 /// Prints the table of the runs.
 ///
 /// # Errors
-/// If a folder is no scored run, two runs have one name, or they have no test shape in common.
+/// If a folder is not a scored run, two runs have one name, or they have no test shape in common.
 pub(crate) fn report(args: &ReportArgs) -> Result<()> {
     #[cfg(feature = "train")]
     if let Some(file) = &args.html {
