@@ -173,7 +173,7 @@ pub(super) fn read_text(name_or_path: &str) -> Result<(String, String, Option<Pa
         return Ok((name_or_path.to_owned(), text.to_owned(), None));
     }
     let path = Path::new(name_or_path);
-    if !path.exists() {
+    if path.try_exists().is_ok_and(|exists| !exists) {
         let names: Vec<&str> = shipped_names().collect();
         let near = nearest(name_or_path, &names)
             .map(|near| format!("; did you mean `{near}`?"))
