@@ -4,7 +4,7 @@ In: STEP files, folders, and archives (.zip, .tar, .tar.gz; .7z with `pip instal
 cluster sees at the same path. Out: `part-00000.parquet` and so on, with a row per shape and a row per file without one.
 
 Ray distributes the *names* of files only. Each task opens its files itself, so no retry of Ray can lose or repeat a row. The
-inputs are sorted and cut into shards of `--shard-size` names. A shard has the same bytes on whatever node it was made, is
+inputs are sorted and cut into shards of `--shard-size` names. A shard has the same bytes on every node, is
 written to a temporary name and renamed, and records which inputs it is of. The same command resumes: it keeps each shard whose
 record is right, and makes the others.
 

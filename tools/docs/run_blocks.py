@@ -22,7 +22,7 @@ from dataclasses import dataclass
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 
-# A command that starts with the key is not executed here, for the reason beside it.
+# A command that starts with the key is not executed here, for the reason that follows it.
 ELSEWHERE = {
     "cargo run --release -- run smoke": "`.ci/run` has a step that runs it",
     "partprobe run smoke": "`.ci/run` has a step that runs it",

@@ -37,7 +37,7 @@ def git(*arguments):
 
 
 def digest_of_files(files):
-    """Twelve hexadecimal digits over the names and bytes of files, whatever folder they lie in."""
+    """Twelve hexadecimal digits over the names and bytes of files, in any folder."""
     total = hashlib.sha256()
     for name, file in files:
         total.update(f"{name}\0{hashlib.sha256(file.read_bytes()).hexdigest()}\n".encode())

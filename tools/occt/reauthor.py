@@ -350,7 +350,7 @@ def main():
     parser.add_argument("--again", action="store_true")
     args = parser.parse_args()
     if shutil.which(args.partprobe) is None:
-        sys.exit(f"{args.partprobe} is no program; give its path with --partprobe")
+        sys.exit(f"{args.partprobe} is not a program; give its path with --partprobe")
     variants, record = args.out / "variants", args.out / "written.json"
     if args.again:
         shutil.rmtree(args.out / "labeled", ignore_errors=True)

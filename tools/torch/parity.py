@@ -23,7 +23,7 @@ import twin
 
 #: Relative L2 norm of the difference that a whole network may have, tensor by tensor.
 NETWORK_TOLERANCE = 1e-3
-#: A bias whose gradient is smaller than this, beside that of its matrix, is one that a batch norm takes away.
+#: A bias whose gradient is smaller than this, relative to that of its matrix, is one that a batch norm takes away.
 IN_VAIN = 1e-5
 #: Width of the blocks of the vectors, and their patches.
 WIDTH, PATCH = 16, 16

@@ -145,7 +145,7 @@ impl fmt::Display for LostKind {
 pub struct LostEntity {
     /// What kind of thing it is.
     pub kind: LostKind,
-    /// Its `#` number.
+    /// Its `#` number; 0 if it is not about one entity.
     pub step_id: u64,
     /// Why it was lost.
     pub reason: String,
@@ -153,14 +153,17 @@ pub struct LostEntity {
 
 impl fmt::Display for LostEntity {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} #{}: {}", self.kind, self.step_id, self.reason)
+        match self.step_id {
+            0 => f.write_str(&self.reason),
+            id => write!(f, "{} #{id}: {}", self.kind, self.reason),
+        }
     }
 }
 
 /// Something about a file that its user should know, and that is not a lost entity.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Note {
-    /// The `#` number of the entity that it is about.
+    /// The `#` number of the entity that it is about; 0 if it is not about one entity.
     pub step_id: u64,
     /// What there is to know.
     pub text: String,
@@ -168,7 +171,10 @@ pub struct Note {
 
 impl fmt::Display for Note {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "#{}: {}", self.step_id, self.text)
+        match self.step_id {
+            0 => f.write_str(&self.text),
+            id => write!(f, "#{id}: {}", self.text),
+        }
     }
 }
 

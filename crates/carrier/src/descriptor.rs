@@ -1,4 +1,4 @@
-//! Describes how a surface fills space, so that shapes can be compared whatever their faces and triangles are.
+//! Describes how a surface fills space, so that shapes with other faces and triangles can be compared.
 //!
 //! A mesh or a cloud goes in, and a [`Descriptor`] comes out: quantiles of three distances. They do not change if the shape is
 //! moved, rotated, mirrored or scaled, and hardly change if another program wrote or triangulated it. The descriptor knows

@@ -61,7 +61,7 @@ pub(crate) fn form(mesh: &Mesh) -> Form {
     ]
 }
 
-/// Whether two forms are those of one shape, whatever its triangulation.
+/// Whether two forms are those of one shape, for any triangulation of it.
 pub(crate) fn are_equal(a: &Form, b: &Form) -> bool {
     a.iter().zip(b).all(|(a, b)| (a - b).abs() <= TOLERANCE)
 }

@@ -42,7 +42,7 @@ pub enum SampleError {
 /// Draws `n_points` points uniformly by area from `mesh`.
 ///
 /// Of a cloud, each point is drawn once at most: if it has no more than `n_points` points, all of them are the sample, in
-/// their order. They have the normals of the cloud, whatever `normals` says.
+/// their order. They have the normals of the cloud for any value of `normals`.
 ///
 /// The result depends only on the arguments. Cost: `O(T + n log T)` for `T` triangles.
 ///

@@ -2,6 +2,7 @@
 
 use partprobe_sources::{FileError, PathKind, SourceFiles};
 use std::fs;
+use std::io;
 use std::path::{Path, PathBuf};
 
 /// The file system of this machine; relative paths begin at the folder that the program was started in.
@@ -13,6 +14,8 @@ impl SourceFiles for DiskFiles {
         match fs::metadata(path) {
             Ok(metadata) if metadata.is_dir() => PathKind::Folder,
             Ok(_) => PathKind::File,
+            // Reading it gives the system's error.
+            Err(error) if error.kind() == io::ErrorKind::PermissionDenied => PathKind::File,
             Err(_) => PathKind::Missing,
         }
     }

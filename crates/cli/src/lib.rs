@@ -30,6 +30,7 @@ mod dataset_settings;
 mod disk_files;
 mod file_size_limit;
 mod folder_lock;
+mod given_path;
 #[cfg(feature = "train")]
 mod implicit;
 mod interrupt;

@@ -27,7 +27,7 @@ pub(crate) fn make_folder(path: &Path) -> Result<()> {
 
 fn refuse_file(folder: &Path) -> Result<()> {
     ensure!(
-        !folder.is_file(),
+        folder.is_dir() || !folder.exists(),
         UsageError(format!(
             "{} is a file, not a folder; choose another --out",
             folder.display()

@@ -1,7 +1,7 @@
 //! Reads the scores of a finished run, and the label sources that it was trained on.
 
-use crate::usage::UsageError;
-use anyhow::{Context, Result, ensure};
+use crate::given_path::ensure_exists;
+use anyhow::{Context, Result};
 use partprobe_eval::ScoreRow;
 use std::fs;
 use std::path::Path;
@@ -20,10 +20,7 @@ impl ScoredRun {
     /// # Errors
     /// If there is no such folder, the run was not scored, or a file cannot be read; the message names the line.
     pub(crate) fn read(path: &Path) -> Result<Self> {
-        ensure!(
-            path.exists(),
-            UsageError(format!("{} does not exist", path.display()))
-        );
+        ensure_exists(path)?;
         let read = |file: &str| {
             let path = path.join(file);
             fs::read_to_string(&path).with_context(|| format!("reading {}", path.display()))

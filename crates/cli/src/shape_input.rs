@@ -4,6 +4,7 @@
 use crate::config::{self, Config, Emit};
 use crate::counted::counted;
 use crate::dataset_settings::settings_sha256_of;
+use crate::given_path::ensure_exists;
 use crate::interrupt::Interrupt;
 use crate::label::{LabelJob, StoppedBatch, label_paths, warn_of_unread};
 use crate::standard_input::{STDIN_NAME, StandardInput, is_standard_input, with_standard_input};
@@ -83,10 +84,7 @@ impl DataArgs {
             UsageError("give the shapes with --data, for example --data dataset/".to_owned())
         );
         for path in &self.paths {
-            ensure!(
-                path.exists(),
-                UsageError(format!("{} does not exist", path.display()))
-            );
+            ensure_exists(path)?;
         }
         Ok(())
     }
@@ -153,10 +151,9 @@ impl ShapeArgs {
     pub(crate) fn check(&self) -> Result<()> {
         let config = config::load(&self.config, &self.set)?.config;
         for path in &self.paths {
-            ensure!(
-                path.exists() || is_standard_input(path),
-                UsageError(format!("{} does not exist", path.display()))
-            );
+            if !is_standard_input(path) {
+                ensure_exists(path)?;
+            }
         }
         let is_idle = self.set.is_empty() && self.config == "base";
         ensure!(
@@ -341,7 +338,7 @@ impl ShapeInputs {
         n_workers: usize,
         interrupt: &Interrupt,
     ) -> Result<()> {
-        // From here on, whatever happens, the folder goes away again.
+        // From here on, the folder is removed in any case.
         self._scratch = Some(Scratch(scratch.to_owned()));
         let job = LabelJob::in_folder(paths, scratch, config, n_workers);
         label_paths(&job, interrupt).map_err(|error| match error.downcast_ref() {
@@ -443,7 +440,7 @@ struct Scratch(PathBuf);
 
 impl Drop for Scratch {
     fn drop(&mut self) {
-        // A folder that was never made, or that cannot be removed, is no failure of the work that is done.
+        // A folder that was never made, or that cannot be removed, is not a failure of the work that is done.
         let _ = fs::remove_dir_all(&self.0);
     }
 }

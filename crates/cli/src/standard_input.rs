@@ -1,7 +1,7 @@
 //! Copies the standard input to a file of its own, for verbs that read files: `cat part.step | partprobe inspect -`.
 //!
 //! The bytes of the standard input go in, a file in a folder of the system comes out. The first bytes decide the ending of its
-//! name, so that whoever reads the file treats it as any other. What the file holds is not checked here.
+//! name, so that it is read like any other file. What the file holds is not checked here.
 
 use crate::usage::UsageError;
 use anyhow::{Context, Result, bail, ensure};
@@ -38,7 +38,7 @@ pub(crate) struct StandardInput {
 }
 
 impl StandardInput {
-    /// Reads the standard input to its end, or until it is larger than `max_bytes`: then whoever reads the file says so.
+    /// Reads the standard input to its end, or until it is larger than `max_bytes`: then the reader of the file says so.
     ///
     /// `name` is the name of the file. It gets an ending if it has none that partprobe knows.
     ///

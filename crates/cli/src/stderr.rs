@@ -3,7 +3,7 @@
 use std::fmt::Display;
 use std::io::{self, Write};
 
-/// Prints one line; one that cannot be written is no reason to end the work.
+/// Prints one line; one that cannot be written does not end the work.
 pub(crate) fn print_line(text: impl Display) {
     let _ = writeln!(io::stderr().lock(), "{text}");
 }

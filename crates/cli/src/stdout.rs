@@ -66,7 +66,7 @@ pub(crate) fn print_line(text: impl Display) -> Result<()> {
         .context("writing to stdout")
 }
 
-/// Whether an error says that nobody reads the results any more, which is no failure of ours.
+/// Whether an error says that nobody reads the results any more, which is not a failure of the program.
 #[must_use]
 pub(crate) fn is_closed(error: &anyhow::Error) -> bool {
     let is_pipe = |cause: &(dyn std::error::Error + 'static)| {

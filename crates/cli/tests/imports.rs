@@ -108,7 +108,7 @@ fn labels_that_nothing_is_named_after_are_noticed() {
     labels("nowhere", &["--type", "faces"], 2, missing);
     let empty = "the folder empty is empty; put a label file for each shape into it";
     labels("empty", &["--type", "mesh"], 2, empty);
-    let other = "none of the 1 files in notes holds labels of this type, for example readme.md";
+    let other = "the file readme.md in notes does not hold labels of this type";
     labels("notes", &["--type", "points"], 2, other);
 
     let failed = "not every label could be joined";

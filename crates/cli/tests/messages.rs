@@ -172,6 +172,21 @@ fn mistakes_are_told_on_one_line_before_anything_is_done() {
         ("label empty --out o", 2, "there is no .step"),
         ("label steps --out file", 2, "file is a file, not a folder"),
         (
+            "label steps --out /dev/null",
+            2,
+            "/dev/null is a file, not a folder",
+        ),
+        (
+            "label steps --out o --layers foo",
+            2,
+            "error: --layers: label.layers: ",
+        ),
+        (
+            "synth --out o -n 3 --min-parts 1",
+            2,
+            "error: --min-parts: synth.min_parts",
+        ),
+        (
             "sample steps --out file --format npz",
             2,
             "file is a file, not a folder",

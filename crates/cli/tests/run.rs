@@ -315,7 +315,7 @@ fn a_missed_expectation_is_named_and_ends_in_3() {
     assert_code(&output, 3);
     let told = String::from_utf8_lossy(&output.stdout).into_owned();
     assert!(
-        told.contains("MISSED") && told.contains("step-parts/step-parts.miou"),
+        told.contains("missed: ") && told.contains("step-parts/step-parts.miou"),
         "{told}"
     );
 }

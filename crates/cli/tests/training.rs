@@ -274,27 +274,27 @@ fn every_fault_misses_an_expectation() {
         (
             "--set",
             "optim.learning_rate=0",
-            "MISSED: step-parts/step-parts.miou",
+            "missed: step-parts/step-parts.miou",
         ),
         (
             "--inject-fault",
             "flip-loss",
-            "MISSED: step-parts/step-parts.miou",
+            "missed: step-parts/step-parts.miou",
         ),
         (
             "--inject-fault",
             "shuffle-labels",
-            "MISSED: step-parts/step-parts.miou",
+            "missed: step-parts/step-parts.miou",
         ),
         (
             "--inject-fault",
             "freeze-encoder",
-            "MISSED: step-parts/step-parts.miou",
+            "missed: step-parts/step-parts.miou",
         ),
         (
             "--inject-fault",
             "zero-block-gradient",
-            "MISSED: step-parts.untouched_tensors",
+            "missed: step-parts.untouched_tensors",
         ),
     ] {
         let output = run(fault, &[&data[..], &[flag, fault]].concat());

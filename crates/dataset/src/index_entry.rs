@@ -17,7 +17,7 @@ pub enum Status {
     TimedOut,
     /// The file asks for more work or memory than the settings allow; the reason names the budget.
     OverBudget,
-    /// The member of an archive is not read: its name is unsafe or taken, or it is no plain file. Or the package that files are
+    /// The member of an archive is not read: its name is unsafe or taken, or it is not a plain file. Or the package that files are
     /// attached to does not have this one.
     Refused,
     /// The labels are not those of the package that the file was attached to; the reason names the first difference.

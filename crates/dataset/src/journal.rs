@@ -53,7 +53,7 @@ pub enum JournalError {
 #[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(tag = "line", rename_all = "kebab-case")]
 pub enum JournalLine {
-    /// The batch was begun, or resumed.
+    /// The batch was started, or resumed.
     Session {
         /// Seconds since 1970.
         started: f64,

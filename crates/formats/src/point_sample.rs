@@ -12,7 +12,7 @@ pub type SampleLabels = BTreeMap<String, Vec<i32>>;
 
 const LABEL_PREFIX: &str = "label_";
 
-/// Why bytes are no point sample.
+/// Why bytes are not a point sample.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SampleFileError {

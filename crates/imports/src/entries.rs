@@ -82,10 +82,15 @@ impl<T> Entries<T> {
                 };
                 let entries: Vec<Entry<T>> = listed.into_iter().filter_map(entry).collect();
                 if entries.is_empty() {
-                    return Err(unreadable(format!(
-                        "none of the {n_files} files in {path} holds labels of this type, for example {first}; give another \
-                         type or folder"
-                    )));
+                    let which = match n_files {
+                        1 => {
+                            format!("the file {first} in {path} does not hold labels of this type")
+                        }
+                        n => format!(
+                            "none of the {n} files in {path} holds labels of this type, for example {first}"
+                        ),
+                    };
+                    return Err(unreadable(format!("{which}; give another type or folder")));
                 }
                 entries
             }

@@ -18,7 +18,7 @@ pub struct PackageShapes {
     pub shapes: Vec<ReleasedShape>,
 }
 
-/// Tells shapes apart, whatever the name of their file is.
+/// Tells shapes apart, without the names of their files.
 type ShapeKey = (String, Option<u64>);
 
 /// A shape of one package that has labels.

@@ -17,7 +17,7 @@ pub enum Background {
     /// White.
     #[default]
     White,
-    /// Nothing: whatever the picture is put on is seen.
+    /// Nothing: what is behind the picture can be seen.
     Transparent,
     /// A color.
     Color(Rgb),

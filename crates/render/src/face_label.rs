@@ -98,7 +98,7 @@ impl FaceLabel {
         }
     }
 
-    /// The part of each face, for files that hold part, face and type beside each other. A layer takes the place of the parts.
+    /// The part of each face, for files that hold part, face and type. A layer takes the place of the parts.
     ///
     /// # Errors
     /// If the carrier does not have the layer.

@@ -22,7 +22,7 @@ pub struct LabelView {
 impl LabelView {
     /// The corner, of eight, from which most labels are seen. Pictures have sides of `size` pixels.
     ///
-    /// `labels` has one label per triangle; a negative label is no label.
+    /// `labels` has one label per triangle; a negative label means that the triangle has none.
     #[must_use]
     pub fn seeing_most(mesh: &Mesh, labels: &[i32], size: usize) -> Self {
         let labeled = with_labels_as_faces(mesh, labels);

@@ -90,7 +90,7 @@ fn alone(tables: &Tables, main: MainTable<'_>, trained: &[String]) -> Answer {
     let without: Vec<String> = without.collect();
     let beside = match without.as_slice() {
         [] => String::new(),
-        rows => format!(", beside {}", rows.join(" and ")),
+        rows => format!("; it is {}", rows.join(" and ")),
     };
     Answer {
         headline: format!("A backbone trained on labels of {name} reaches an mIoU of {miou:.3}."),

@@ -17,7 +17,7 @@ struct Kind {
     prefix: &'static str,
     title: &'static str,
     x_label: &'static str,
-    /// Whether the dose 0 is no damage.
+    /// Whether the dose 0 means that nothing is damaged.
     starts_at_zero: bool,
 }
 

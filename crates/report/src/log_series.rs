@@ -20,7 +20,7 @@ pub(crate) struct LogSeries {
 }
 
 impl LogSeries {
-    /// Reads lines of JSON with `event`, `supervision`, `seed` and `step`. Lines that are no such objects are skipped.
+    /// Reads lines of JSON with `event`, `supervision`, `seed` and `step`. Other lines are skipped.
     pub(crate) fn read(log: &str) -> Self {
         let mut found = Self::default();
         let lines = log

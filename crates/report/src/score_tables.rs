@@ -145,7 +145,7 @@ fn table(
     table.to_html()
 }
 
-/// A number with a bar, unless it is no share.
+/// A number with a bar, if it is a fraction.
 fn score_cell(value: Option<f64>) -> Cell {
     let cell = Cell::score(value);
     match value {

@@ -8,7 +8,7 @@ use crate::vector::{Point, bounding_diagonal, triangle_area};
 /// [`crate::weld()`] joins them. Triangles are counter-clockwise seen from outside a solid.
 ///
 /// A *cloud* is a mesh whose triangles are single points: the three corners of each are the same vertex, and each vertex
-/// has a normal. [`Mesh::cloud`] makes one. Whatever belongs to triangles, for example a label, so belongs to points.
+/// has a normal. [`Mesh::cloud`] makes one. What belongs to triangles, for example a label, belongs to points in this way.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Mesh {
     /// Vertex positions, in millimeters.

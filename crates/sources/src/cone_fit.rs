@@ -24,7 +24,7 @@ struct Fit {
     slope: f64,
 }
 
-/// The cone that is nearest to the points. Returns `None` if they tell none, or the primitive is no cone.
+/// The cone that is nearest to the points. Returns `None` if they tell none, or the primitive is not a cone.
 pub(crate) fn refitted_cone(primitive: &Primitive, points: &[Point]) -> Option<Primitive> {
     let mut fit = Fit::of(primitive, points)?;
     for _ in 0..STEPS {

@@ -29,7 +29,7 @@ pub(crate) const PRIMITIVE: SourceFactory = SourceFactory::rule(
 .labeling_faces()
 .needing(ShapeKind::Brep);
 
-/// Connected faces of one primitive type are a label, whatever their dihedral angle.
+/// Connected faces of one primitive type are a label, with any dihedral angle between them.
 pub(crate) const PRIMITIVE_CONNECTED: SourceFactory = SourceFactory::rule(
     "primitive-connected",
     "connected faces of one primitive type, at any angle",
@@ -43,12 +43,12 @@ pub(crate) const PRIMITIVE_CONNECTED: SourceFactory = SourceFactory::rule(
 .labeling_faces()
 .needing(ShapeKind::Brep);
 
-/// Connected faces are a label if each step from one to the next turns by at most DEG degrees, whatever their types.
+/// Connected faces are a label if each step from one to the next turns by at most DEG degrees. The types do not matter.
 ///
 /// The difference to `step-parts` at the same angle is what the condition on types adds.
 pub(crate) const SMOOTH: SourceFactory = SourceFactory::numbered_rule(
     "smooth-<DEG>",
-    "faces joined across edges with a dihedral angle of at most DEG degrees, whatever their types",
+    "faces joined across edges with a dihedral angle of at most DEG degrees; their types do not matter",
     0..=180,
     |carrier, degrees, _| {
         let graph = carrier.graph();

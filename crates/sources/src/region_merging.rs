@@ -166,7 +166,7 @@ pub(crate) fn merge_to_at_most(mut regions: Vec<Region>, n_max: usize) -> Vec<u3
 
 /// The region that each region ends in, when each one below this area joins its closest neighbor, the smallest first.
 ///
-/// A region without neighbors stays, whatever its area.
+/// A region without neighbors stays, with any area.
 pub(crate) fn absorb_smaller_than(mut regions: Vec<Region>, min_area: f64) -> Vec<u32> {
     let mut into: Vec<u32> = (0..).take(regions.len()).collect();
     // Areas are not negative, so their bits sort as they do.

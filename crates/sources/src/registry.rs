@@ -1,6 +1,6 @@
 //! Lists every label source, and finds a source by its name.
 //!
-//! A new source is one file beside this one, its `mod` line in `lib.rs`, and one line in [`SOURCES`].
+//! A new source is one file in the folder of this one, its `mod` line in `lib.rs`, and one line in [`SOURCES`].
 
 use crate::controls::{CONTROLS, SourceControl};
 use crate::factory::{BoxedSource, SourceContext, SourceFactory};

@@ -57,7 +57,7 @@ pub(crate) const WARD: SourceFactory = SourceFactory::numbered_rule(
 )
 .needing(ShapeKind::Mesh);
 
-/// As many labels as `step-parts` has, so that granularity is no difference between the two.
+/// As many labels as `step-parts` has, so that the two do not differ in granularity.
 pub(crate) const WARD_MATCH: SourceFactory = SourceFactory::rule(
     "ward-match",
     "ward-<K> with as many labels as step-parts has, at most 20",

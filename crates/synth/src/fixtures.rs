@@ -1,6 +1,6 @@
 //! Makes small solids with known answers, for the tests of anything that reads STEP.
 //!
-//! Each function gives the text of a file; sizes are in millimeters whatever unit the file is written in.
+//! Each function gives the text of a file; sizes are in millimeters, also if the file is written in another unit.
 
 use crate::feature::Feature;
 use crate::frame::Frame;

@@ -1,4 +1,4 @@
-//! Tests that tables survive Parquet, whatever is missing in them, and that damaged files are refused.
+//! Tests that tables survive Parquet, also with missing values, and that damaged files are refused.
 
 use crate::{
     Column, Columns, ListCell, ParquetReadError, ShapeLabels, ShapeOrigin, ShapeRow, Table, Text,

@@ -7,7 +7,7 @@ use crate::channel::{Channel, Target, TransferredLabels, carry};
 use crate::query::{Limits, Query};
 use crate::surface::{LabeledSurface, TransferError};
 
-/// Labels beside the same labels after a channel.
+/// Labels, and the same labels after a channel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ceiling {
     /// The label of each point by its own triangle.

@@ -338,7 +338,7 @@ mod tests {
             format!("ISO-10303-21;\nHEADER;\nENDSEC;\nDATA;\n{data}\nENDSEC;\nEND-ISO-10303-21;\n")
         };
         check(&one("#1=A();"), &[1], &[]);
-        // What is no instance may stand there: a signature, a mail's end, quotes that nobody closes.
+        // Text that is not an instance may be there: a signature, a mail's end, quotes that nobody closes.
         check(
             &(one("#1=A();") + "SIGNATURE;\nMIIE/*'x\nENDSEC;\nIt's #2."),
             &[1],
@@ -354,7 +354,7 @@ mod tests {
             &[1],
             &[],
         );
-        // A second structure is read, whatever stands before it.
+        // A second structure is read, with any text before it.
         check(
             &(one("#1=A();") + "don't\n" + &one("#2=B();")),
             &[1, 2],

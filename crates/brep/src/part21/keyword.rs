@@ -144,7 +144,7 @@ keywords! {
     CurveReplica = b"CURVE_REPLICA",
     SurfaceReplica = b"SURFACE_REPLICA",
     CompositeCurveOnSurface = b"COMPOSITE_CURVE_ON_SURFACE",
-    // What stands beside the shape of a part.
+    // What belongs to a part apart from its shape.
     ConstructiveGeometryRepresentationRelationship = b"CONSTRUCTIVE_GEOMETRY_REPRESENTATION_RELATIONSHIP",
     SurfaceStyleTransparent = b"SURFACE_STYLE_TRANSPARENT",
     // Solids that are given by what makes them.
@@ -182,7 +182,7 @@ keywords! {
 const LONGEST_NAME: usize = 64;
 
 impl Keyword {
-    /// The class with this name, in whatever case it is written.
+    /// The class with this name, in capital or small letters.
     pub(crate) fn from_name(name: &[u8]) -> Self {
         if name.len() > LONGEST_NAME {
             return Self::Other;
@@ -199,7 +199,7 @@ pub(crate) fn full_name(written: &[u8]) -> &[u8] {
     long_name(written).map_or(written, str::as_bytes)
 }
 
-/// Whether a class, in whatever case and length it is written, is the one with this full name.
+/// Whether a class, in capital or small letters and with its short or full name, is the one with this full name.
 pub(super) fn is_class(written: &[u8], name: &str) -> bool {
     written.eq_ignore_ascii_case(name.as_bytes()) || long_name(written) == Some(name)
 }

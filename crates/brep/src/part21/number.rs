@@ -10,7 +10,7 @@ const POWERS: [f64; 23] = [
 const MOST_EXACT: u64 = 1 << 53;
 
 /// A number whose digits and power of ten are both without rounding, which most are: one division or product then rounds
-/// it rightly. Returns `None` for all others, whatever is wrong with them.
+/// it rightly. Returns `None` for all others.
 pub(super) fn short_decimal(text: &[u8], at: usize) -> Option<(f64, usize)> {
     let is_negative = text[at] == b'-';
     let start = at + usize::from(matches!(text[at], b'-' | b'+'));

@@ -6,7 +6,7 @@
 /// No short name is longer.
 pub(super) const LONGEST: usize = 6;
 
-/// The full name behind a short name, in whatever case it is written.
+/// The full name of a short name, in capital or small letters.
 pub(super) fn long_name(short: &[u8]) -> Option<&'static str> {
     if short.len() > LONGEST {
         return None;

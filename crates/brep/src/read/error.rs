@@ -19,7 +19,7 @@ pub(super) enum Problem {
     Missing,
     #[error("it stands in another file, <{0}>, which is not read")]
     Elsewhere(String),
-    #[error("{class} is no {expected} that can be read")]
+    #[error("{class} cannot be read as {} {expected}", article(expected))]
     Class {
         class: String,
         expected: &'static str,
@@ -40,6 +40,15 @@ pub(super) enum Problem {
     NoMember { number: usize, n_members: usize },
     #[error("the budget of visits is spent")]
     OverBudget,
+}
+
+/// `a` or `an`, as the noun needs it.
+fn article(noun: &str) -> &'static str {
+    if noun.starts_with(['a', 'e', 'i', 'o', 'u']) {
+        "an"
+    } else {
+        "a"
+    }
 }
 
 impl EntityError {

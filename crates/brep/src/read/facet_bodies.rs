@@ -40,7 +40,7 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
         let is_linked = has_body || links.any(|link| self.has_face(link));
         if has_exact_product && !is_linked {
             let text =
-                "it is a tessellation beside exact faces of the same product, and is left out"
+                "it is a tessellation of a product that also has exact faces, and is left out"
                     .to_owned();
             self.brep.notes.push(Note {
                 step_id: root.record.id,

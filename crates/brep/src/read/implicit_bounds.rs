@@ -94,7 +94,7 @@ fn reversed_segment(segment: CompositeSegment) -> CompositeSegment {
     }
 }
 
-/// The same walks with the hole on their right, whatever the file says: a bound beside the natural ones is a hole.
+/// The same walks with the hole on their right, also if the file says otherwise: a bound beside the natural ones is a hole.
 /// `same_sense` says whether the face's normal is the surface's.
 pub(super) fn as_hole(
     edges: &EdgeTable,

@@ -55,7 +55,7 @@ use topology::{Site, TopologyBuilder};
 /// How much work reading may be; every limit counts work, none counts time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ReadBudget {
-    /// Bytes of text; at most 4 GiB are read whatever stands here, in the file and in UTF-8.
+    /// Bytes of text; at most 4 GiB are read with any value, in the file and in UTF-8.
     pub max_bytes: u64,
     /// Instances in the text.
     pub max_entities: u64,
@@ -109,6 +109,7 @@ pub enum ReadError {
 fn no_faces(lost: &[LostEntity]) -> String {
     match lost {
         [] => "the file has no faces: it names no solid and no surface model".to_owned(),
+        [one] => format!("the file has no readable face; 1 entity was lost, {one}"),
         [first, ..] => format!(
             "the file has no readable face; {} entities were lost, first {first}",
             lost.len()
@@ -119,7 +120,7 @@ fn no_faces(lost: &[LostEntity]) -> String {
 /// Reads the faces of a STEP file of any edition and encoding, with everything that was lost on the way.
 ///
 /// # Errors
-/// If the text is no STEP file, asks for more work than the budget allows, or has no face that can be read.
+/// If the text is not a STEP file, asks for more work than the budget allows, or has no face that can be read.
 pub fn read(text: &[u8], budget: &ReadBudget) -> Result<Brep, ReadError> {
     if text.iter().all(u8::is_ascii_whitespace) {
         return Err(ReadError::Empty);

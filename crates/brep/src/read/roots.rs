@@ -193,7 +193,7 @@ impl Root {
         }
     }
 
-    /// The exact body that a tessellated one stands beside, if it names one.
+    /// The exact body that a tessellated one belongs to, if it names one.
     pub(super) fn link(&self, source: &StepFile<'_>) -> Option<u64> {
         if self.kind != RootKind::Tessellated {
             return None;

@@ -43,7 +43,7 @@ pub(super) fn is_triangulated(source: &StepFile<'_>, record: Record) -> bool {
     }
 }
 
-/// The exact face that a tessellated one stands beside, if it names one.
+/// The exact face that a tessellated one belongs to, if it names one.
 pub(super) fn geometric_link(source: &StepFile<'_>, record: Record) -> Option<u64> {
     let params = match record.keyword {
         Keyword::TriangulatedFace | Keyword::ComplexTriangulatedFace => {

@@ -240,7 +240,7 @@ fn texts_without_faces_say_why() {
     assert!(matches!(&error, ReadError::NoFaces { lost } if lost.len() == 1));
     assert_eq!(
         error.to_string(),
-        "the file has no readable face; 1 entities were lost, first entity #2: it is not in the file"
+        "the file has no readable face; 1 entity was lost, entity #2: it is not in the file"
     );
 }
 

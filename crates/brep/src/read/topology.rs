@@ -46,7 +46,7 @@ pub(super) struct Site {
     pub(super) representation: Option<u64>,
 }
 
-/// Where a face hangs: what its reader needs beside its own entity.
+/// Where a face hangs: what its reader needs apart from its own entity.
 #[derive(Clone, Copy)]
 pub(super) struct ShellContext<'s, 'a> {
     pub(super) reader: Reader<'s, 'a>,
@@ -192,7 +192,7 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
         context
     }
 
-    /// Adds the bounded surfaces among the elements of a geometric set; curves and points are no faces.
+    /// Adds the bounded surfaces among the elements of a geometric set; curves and points are not faces.
     fn add_surfaces(&mut self, reader: Reader<'s, 'a>, set: u64, elements: &[u64]) {
         let context = self.push_shell(
             reader,

@@ -1,7 +1,7 @@
 //! Finds the configs that a config builds on: the config goes in, and it comes out first, followed by its base, the base of that, and so
 //! on.
 //!
-//! A base is a file beside the config that names it, or a shipped config. Nothing is merged here.
+//! A base is a file in the folder of the config that names it, or a shipped config. Nothing is merged here.
 
 use super::merge::shipped;
 use super::problem::parsed;
@@ -59,7 +59,7 @@ impl ConfigText {
         let name = base.trim_end_matches(".toml");
         let text = shipped(name).with_context(|| {
             format!(
-                "{}: `base = \"{base}\"`: no such file beside the config, and no shipped config of that name",
+                "{}: `base = \"{base}\"`: there is neither a file of that name in the folder of the config nor a shipped config",
                 self.name
             )
         })?;
@@ -136,7 +136,7 @@ mod tests {
                 vec![("a.toml", on("b.toml")), ("b.toml", on("hour.toml"))],
                 "a.toml > b.toml > hour > base",
             ),
-            // A file beside the config comes before a shipped config of the same name.
+            // A file in the folder of the config comes before a shipped config of the same name.
             (
                 vec![("a.toml", on("base.toml")), ("base.toml", String::new())],
                 "a.toml > base.toml",
@@ -147,7 +147,7 @@ mod tests {
             ),
             (
                 vec![("a.toml", on("nowhere"))],
-                "a.toml: `base = \"nowhere\"`: no such file beside the config, and no shipped config of that name",
+                "a.toml: `base = \"nowhere\"`: there is neither a file of that name in the folder of the config nor a shipped config",
             ),
             (
                 vec![("a.toml", on("b.toml")), ("b.toml", "x =".to_owned())],

@@ -2,6 +2,7 @@
 
 use super::Config;
 use super::chain::{ConfigText, chain};
+use super::flag::{as_written, without_flag};
 use super::problem::{ConfigProblem, Layer, nearest, place_of};
 use crate::usage::as_usage_error;
 use anyhow::{Context, Result, anyhow, bail};
@@ -9,25 +10,86 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use toml::{Table, Value};
 
-/// The configs that are built into the program, by name.
-const SHIPPED: [(&str, &str); 12] = [
-    ("base", include_str!("../../configs/base.toml")),
-    ("smoke", include_str!("../../configs/smoke.toml")),
-    ("abc-small", include_str!("../../configs/abc-small.toml")),
-    ("synth", include_str!("../../configs/synth.toml")),
-    ("real-small", include_str!("../../configs/real-small.toml")),
-    ("implicit", include_str!("../../configs/implicit.toml")),
-    ("litept", include_str!("../../configs/litept.toml")),
-    ("ptx", include_str!("../../configs/ptx.toml")),
-    ("pointnet", include_str!("../../configs/pointnet.toml")),
-    ("probe", include_str!("../../configs/probe.toml")),
-    ("hour", include_str!("../../configs/hour.toml")),
-    ("verdict", include_str!("../../configs/verdict.toml")),
+/// A config that is built into the program.
+struct Shipped {
+    name: &'static str,
+    /// What it is for, as `config list` prints it.
+    about: &'static str,
+    text: &'static str,
+}
+
+/// The configs that are built into the program.
+const SHIPPED: [Shipped; 12] = [
+    Shipped {
+        name: "base",
+        about: "Every default; your own config starts from it or from another one",
+        text: include_str!("../../configs/base.toml"),
+    },
+    Shipped {
+        name: "smoke",
+        about: "A complete experiment on generated parts, in less than three minutes on two cores",
+        text: include_str!("../../configs/smoke.toml"),
+    },
+    Shipped {
+        name: "abc-small",
+        about: "A short training on the distinct solids of STEP files with 2 to 20 parts",
+        text: include_str!("../../configs/abc-small.toml"),
+    },
+    Shipped {
+        name: "synth",
+        about: "A training on generated parts with three seeds",
+        text: include_str!("../../configs/synth.toml"),
+    },
+    Shipped {
+        name: "real-small",
+        about: "A training on STEP files with 2 to 20 parts, where each file is a shape",
+        text: include_str!("../../configs/real-small.toml"),
+    },
+    Shipped {
+        name: "implicit",
+        about: "The implicit probe of the paper (§4.5): a network per shape, label source and seed",
+        text: include_str!("../../configs/implicit.toml"),
+    },
+    Shipped {
+        name: "litept",
+        about: "The backbone LitePT: convolutions on the fine levels, attention on the coarse ones",
+        text: include_str!("../../configs/litept.toml"),
+    },
+    Shipped {
+        name: "ptx",
+        about: "The backbone PointTransformerX: attention without convolutions",
+        text: include_str!("../../configs/ptx.toml"),
+    },
+    Shipped {
+        name: "pointnet",
+        about: "The backbone PointNet, a baseline without neighborhoods",
+        text: include_str!("../../configs/pointnet.toml"),
+    },
+    Shipped {
+        name: "probe",
+        about: "The downstream probe of the paper: two label sources, one network, three seeds each",
+        text: include_str!("../../configs/probe.toml"),
+    },
+    Shipped {
+        name: "hour",
+        about: "An hour of training for one label source",
+        text: include_str!("../../configs/hour.toml"),
+    },
+    Shipped {
+        name: "verdict",
+        about: "The trainings of `partprobe verdict`, which sets the sources and the number of updates",
+        text: include_str!("../../configs/verdict.toml"),
+    },
 ];
 
 /// The names of the shipped configs; `base` is the first.
 pub(crate) fn shipped_names() -> impl Iterator<Item = &'static str> {
-    SHIPPED.iter().map(|(name, _)| *name)
+    SHIPPED.iter().map(|shipped| shipped.name)
+}
+
+/// The name of each shipped config and what it is for.
+pub(crate) fn shipped_descriptions() -> impl Iterator<Item = [&'static str; 2]> {
+    SHIPPED.iter().map(|shipped| [shipped.name, shipped.about])
 }
 
 /// A config with the table that it was read from.
@@ -55,7 +117,7 @@ fn load_any(name_or_path: &str, overrides: &[String]) -> Result<LoadedConfig> {
     let chain = chain(name_or_path, &text, path.as_deref())?;
     let mut table = merged(&chain);
     for assignment in overrides {
-        set(&mut table, assignment).with_context(|| format!("--set {assignment}"))?;
+        set(&mut table, assignment).with_context(|| as_written(assignment))?;
     }
     from_table(name, table).map_err(|error| {
         let place = error.downcast_ref().and_then(|problem: &ConfigProblem| {
@@ -111,7 +173,7 @@ pub(super) fn read_text(name_or_path: &str) -> Result<(String, String, Option<Pa
         return Ok((name_or_path.to_owned(), text.to_owned(), None));
     }
     let path = Path::new(name_or_path);
-    if !path.exists() {
+    if path.try_exists().is_ok_and(|exists| !exists) {
         let names: Vec<&str> = shipped_names().collect();
         let near = nearest(name_or_path, &names)
             .map(|near| format!("; did you mean `{near}`?"))
@@ -133,11 +195,11 @@ pub(super) fn read_text(name_or_path: &str) -> Result<(String, String, Option<Pa
 pub(crate) fn shipped(name: &str) -> Option<&'static str> {
     SHIPPED
         .iter()
-        .find(|(shipped, _)| *shipped == name)
-        .map(|(_, text)| *text)
+        .find(|shipped| shipped.name == name)
+        .map(|shipped| shipped.text)
 }
 
-/// Keys of `[train]` that say the same in two units: whoever sets one unsets the other.
+/// Keys of `[train]` that say the same in two units: if one is set, the other is unset.
 const ALTERNATIVES: [[&str; 2]; 2] = [["steps", "epochs"], ["valid_every", "valid_every_epochs"]];
 
 /// Puts a whole config over another.
@@ -180,13 +242,13 @@ fn same_variant(below: &Table, above: &Table) -> bool {
 
 /// Applies one `key.path=value`; the value is TOML, or a bare word taken as text.
 pub(super) fn set(table: &mut Table, assignment: &str) -> Result<()> {
-    let (key, value) = assignment
+    let (key, value) = without_flag(assignment)
         .split_once('=')
         .ok_or_else(|| anyhow!("expected key=value, for example label.theta_deg=12"))?;
     let parsed: Result<Table, _> = format!("{key} = {value}").parse();
     let above = match parsed {
         Ok(above) => above,
-        // The value is no TOML: a word like `analytic` needs no quotes on a command line.
+        // The value is not TOML: a word like `analytic` needs no quotes on a command line.
         Err(_) => {
             let quoted = format!("{key} = {}", Value::String(value.trim().to_owned()));
             quoted.parse().map_err(|_| {
@@ -204,7 +266,7 @@ mod tests {
 
     #[test]
     fn shipped_configs_load() {
-        for (name, _) in SHIPPED {
+        for name in shipped_names() {
             let loaded = load(name, &[]).unwrap();
             let again: Table = loaded.merged.parse().unwrap();
             assert_eq!(

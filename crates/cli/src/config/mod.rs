@@ -7,6 +7,7 @@ mod chain;
 mod clusterer_name;
 mod difference;
 mod endpoint;
+mod flag;
 mod kernel_options;
 mod merge;
 mod metric_name;
@@ -20,7 +21,8 @@ pub(crate) use clusterer_name::ClustererName;
 pub(crate) use difference::{Difference, differences, listed};
 #[cfg(feature = "train")]
 pub(crate) use endpoint::{EndpointConfig, EndpointNormals, EndpointShapes};
-pub(crate) use merge::{LoadedConfig, load, shipped, shipped_names};
+pub(crate) use flag::by_flag;
+pub(crate) use merge::{LoadedConfig, load, shipped, shipped_descriptions, shipped_names};
 pub(crate) use metric_name::MetricName;
 #[cfg(feature = "train")]
 pub(crate) use problem::nearest;

@@ -3,6 +3,7 @@
 //! The merged settings are what is read, and an error in them knows the key only. Here the key is looked for in what
 //! the caller has given.
 
+use super::flag::as_written;
 use std::fmt;
 use toml::Table;
 use toml::de::{DeTable, DeValue};
@@ -29,6 +30,7 @@ impl fmt::Display for ConfigProblem {
 impl ConfigProblem {
     /// A problem that reading has found in the table with this path; `defaults` holds every key that there is.
     pub(super) fn of_reading(path: &str, message: &str, defaults: &Table) -> Self {
+        let message = &without_internal_keys(message);
         let name = quoted(message).next().unwrap_or_default().to_owned();
         let is_unknown_key = message.starts_with("unknown field");
         let path = if path == "." { "" } else { path };
@@ -112,6 +114,25 @@ impl ConfigProblem {
             .to_owned();
         Self { key, message }
     }
+}
+
+/// Keys that can be read, but that no message offers. Runs and checkpoints of earlier versions hold `sabotage`; a training with
+/// a fault is started by `--inject-fault`.
+const INTERNAL_KEYS: [&str; 1] = ["sabotage"];
+
+/// The message without the internal keys in its list of the keys that are expected.
+fn without_internal_keys(message: &str) -> String {
+    let Some((unknown, expected)) = message.split_once(", expected ") else {
+        return message.to_owned();
+    };
+    let expected = INTERNAL_KEYS
+        .iter()
+        .fold(expected.to_owned(), |expected, key| {
+            expected
+                .replace(&format!(", `{key}`"), "")
+                .replace(&format!("`{key}`, "), "")
+        });
+    format!("{unknown}, expected {expected}")
 }
 
 /// The words between backticks.
@@ -200,7 +221,7 @@ pub(super) fn place_of(
     if key.is_empty() {
         return None;
     }
-    // An item of a list stands where the list does.
+    // An item of a list is on the line of the list.
     let key = key.split('[').next().unwrap_or(key);
     let path: Vec<&str> = key.split('.').collect();
     let assigns = |assignment: &&String| {
@@ -214,7 +235,7 @@ pub(super) fn place_of(
         assigned.iter().zip(&path).all(|(a, b)| a.trim() == *b)
     };
     if let Some(assignment) = overrides.iter().rev().find(assigns) {
-        return Some(format!("--set {assignment}"));
+        return Some(as_written(assignment));
     }
     layers.iter().find_map(|layer| {
         let line = line_of(&path, &problem.message, layer.text)?;
@@ -345,6 +366,16 @@ mod tests {
             "{}",
             problem("train", unknown)
         );
+        for unknown in [
+            "unknown field `stepz`, expected one of `steps`, `freeze`, `sabotage`",
+            "unknown field `stepz`, expected one of `sabotage`, `steps`, `freeze`",
+        ] {
+            let told = problem("train", unknown);
+            assert!(
+                told.contains("expected one of `steps`, `freeze`;"),
+                "{told}"
+            );
+        }
         let elsewhere = problem("train", "unknown field `theta_deg`, expected `steps`");
         assert!(
             elsewhere.ends_with("; did you mean `label.theta_deg`?"),

@@ -14,7 +14,7 @@ td:first-child, th:first-child { text-align: left; }
 </style></head><body>
 "#;
 
-/// The page. Pictures are beside it in the run folder.
+/// The page. Pictures are in the same run folder.
 pub(super) fn html(tables: &ProbeTables, shapes: &[String], arms: &[String]) -> String {
     let mut text = format!("{HEAD}<h1>The implicit probe</h1>\n");
     for block in tables.markdown.trim().split("\n\n") {

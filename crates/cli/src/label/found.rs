@@ -28,6 +28,20 @@ impl Found {
             FoundItem::Unread(_) => false,
         }
     }
+
+    /// Adds the reason why meshes and clouds are not read, where the line counts files with an ending of theirs. The call
+    /// leads to a STEP file or an archive.
+    pub(super) fn add_next_to_step(&mut self) {
+        let name = self.path.file_name().unwrap_or_default().to_string_lossy();
+        if let FoundItem::Unread(problem) = &mut self.what
+            && self.n_files.is_some()
+            && is_given_name(&name)
+        {
+            problem.reason.push_str(
+                ": meshes and point clouds are not read next to STEP files; label them in a call of their own",
+            );
+        }
+    }
 }
 
 /// What is done with a path.

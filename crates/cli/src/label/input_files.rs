@@ -1,5 +1,5 @@
 //! Turns the paths of the command line into STEP files, archives of them, meshes and point clouds, each with the id that
-//! it gets, and into lines for whatever else is there.
+//! it gets, and into lines for all other files.
 
 use super::foreign_file::{foreign_by_content, foreign_by_name};
 use super::found::{Found, FoundItem};
@@ -91,8 +91,9 @@ pub(crate) fn input_files(paths: &[PathBuf], lists: &[PathBuf]) -> Result<InputL
         .iter()
         .map(|list| Ok((list, ListText::read(list)?)))
         .collect::<Result<_>>()?;
-    let of_step = found_in_all(paths, &lists, Wanted::Step)?;
+    let mut of_step = found_in_all(paths, &lists, Wanted::Step)?;
     if of_step.found.iter().any(Found::is_of_step) {
+        of_step.found.iter_mut().for_each(Found::add_next_to_step);
         return listed(of_step);
     }
     let given = found_in_all(paths, &lists, Wanted::Given)?;
@@ -258,7 +259,7 @@ fn what_by_name(path: &Path) -> FoundItem {
         Ok(Packing::Nothing) if begins_as_step(&start_of(path).unwrap_or_default()) => {
             FoundItem::File(None)
         }
-        // A damaged archive is named by whoever walks it.
+        // A damaged archive is named when it is walked.
         Ok(Packing::Nothing) => FoundItem::File(by_name),
         Err(error) => FoundItem::Unread(Problem::failed(format!("opening the archive: {error}"))),
     }
@@ -547,6 +548,29 @@ mod tests {
                 .iter()
                 .all(|file| file.id.starts_with("d__a__b.step--"))
                 && files[0].id != files[1].id
+        );
+    }
+
+    #[test]
+    fn files_that_are_not_read_next_to_step_files_are_told_from_those_that_never_are() {
+        let folder = tempfile::tempdir().unwrap();
+        for name in ["d/a.step", "d/b.obj", "d/c.pdf"] {
+            fs::create_dir_all(folder.path().join(name).parent().unwrap()).unwrap();
+            fs::write(folder.path().join(name), "").unwrap();
+        }
+        let reason = |source: &str| {
+            let unread = input_files(&[folder.path().join("d")], &[]).unwrap().unread;
+            let entry = unread.into_iter().find(|entry| entry.source == source);
+            entry.unwrap().reason.unwrap()
+        };
+        assert_eq!(
+            reason("d/*.obj"),
+            "files with the ending .obj are not read, for example b.obj: meshes and point clouds are not read next to \
+             STEP files; label them in a call of their own"
+        );
+        assert_eq!(
+            reason("d/*.pdf"),
+            "files with the ending .pdf are not read, for example c.pdf"
         );
     }
 

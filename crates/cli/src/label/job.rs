@@ -24,7 +24,7 @@ pub(super) enum ExistingDataset {
 #[derive(Clone, Debug)]
 pub(crate) struct LabelJob {
     pub(super) paths: Vec<PathBuf>,
-    /// Files that list paths, whatever they look like.
+    /// Files that are read as lists of paths in any case.
     pub(super) lists: Vec<PathBuf>,
     pub(super) out: PathBuf,
     pub(super) config: Config,

@@ -2,7 +2,7 @@
 //!
 //! What goes in is a list of paths to files, folders, lists and archives; what comes out is a folder that
 //! [`partprobe_dataset::Dataset`] opens. One thread reads ahead, archives included; a supervisor for each worker writes
-//! what comes back and notes it in the journal, so that a batch can be resumed whatever ended it.
+//! what comes back and notes it in the journal, so that a batch can be resumed after any interruption.
 //! Every file is read in a worker process with an address-space limit and a watchdog, so that neither a stack
 //! overflow nor an allocation failure ends a batch; this process only starts workers and writes what they return.
 //! The data set's bytes do not depend on the number of workers.

@@ -26,7 +26,7 @@ impl EndingCount {
     fn add(&mut self, n_files: u64, examples: &[String]) {
         self.n_files += n_files;
         self.examples.extend_from_slice(examples);
-        // The first ones by name, in whatever order the files come.
+        // The first ones by name, for any order of the files.
         self.examples.sort();
         self.examples.truncate(MAX_EXAMPLES);
     }

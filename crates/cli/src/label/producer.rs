@@ -96,7 +96,7 @@ pub(super) struct Producer<'a> {
 struct IdSet(BTreeSet<[u8; 16]>);
 
 impl IdSet {
-    /// The ids of the files that are no archives.
+    /// The ids of the files that are not archives.
     fn of(files: &[InputFile]) -> Self {
         let mut ids = Self::default();
         files
@@ -413,7 +413,7 @@ fn is_step(name: &str) -> bool {
         .is_some_and(|last| step_stem(last).is_some())
 }
 
-/// Such members are named whatever they hold.
+/// Such members are named with any content.
 fn is_about_the_name(refusal: &Refusal) -> bool {
     matches!(refusal, Refusal::UnsafeName(_) | Refusal::Nested)
 }

@@ -28,7 +28,7 @@ struct CommonReason {
 /// A reason, how often it was given, and for which source first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct ReasonCount<'a, K> {
-    /// What the reasons are counted by, beside their text.
+    /// What the reasons are counted by, apart from their text.
     pub(crate) kind: K,
     /// The reason.
     pub(crate) reason: &'a str,

@@ -158,7 +158,7 @@ fn begun_otherwise(out: &Path, differences: &[String], changes: &[String]) -> Us
 /// Takes files out of the journal, which a finished data set gets anew, and removes what was written for them.
 fn forget(out: &Path, repeated: &[FileRecord], kept: Vec<FileRecord>) -> Result<()> {
     write_journal(out, kept)?;
-    // A folder with a journal is unfinished, whatever else stands in it; from here on it can be resumed.
+    // A folder with a journal is unfinished, also if it holds other files; from here on it can be resumed.
     for stale in [INDEX_FILE, TIMING_FILE]
         .map(str::to_owned)
         .into_iter()

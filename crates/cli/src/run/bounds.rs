@@ -36,7 +36,7 @@ const TOKEN_CEILING: &str = "token-ceiling";
 /// The clusterer on embeddings that tell the parts apart perfectly, but for what tokens mix.
 const PERFECT: &str = "perfect-embeddings";
 
-/// The labels of the points, dealt out again at random: what a prediction of the right sizes that knows nothing scores.
+/// The labels of the points, dealt out at random: the score of a prediction that has the right sizes and knows nothing else.
 const SHUFFLED: &str = "shuffled-labels";
 
 /// The names of all rows of a run.

@@ -10,7 +10,7 @@ use partprobe_net::Backend;
 /// How a run is executed; nothing here changes its numbers, but for the last digits of another backend.
 #[derive(Clone, Debug, clap::Args)]
 pub(crate) struct ExecutionArgs {
-    /// Override a value of the config, for example `train.steps=2000`; may be given several times.
+    /// Set a key of the config to another value; may be given several times. `partprobe config show base` lists the keys.
     #[arg(long, value_name = "KEY=VALUE")]
     pub(crate) set: Vec<String>,
     /// Threads; all cores if not given. The results do not depend on it.

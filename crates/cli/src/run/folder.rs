@@ -99,7 +99,7 @@ impl RunFolder {
         })
     }
 
-    /// Refuses a config other than the one that the run was begun with. A config that only makes the training longer takes its
+    /// Refuses a config other than the one that the run was started with. A config that only makes the training longer takes its
     /// place, and the scores of the shorter training go.
     fn take_config(&self, merged_config: &str) -> Result<()> {
         let stored = self.read_text("config.toml")?;

@@ -1,16 +1,17 @@
 //! Says below every table by which settings it was made, and what a reader must know of a score.
 
 use crate::config::{Config, LabelConfig, NormalConfig};
+use crate::counted::counted;
 use crate::program_version::COMMIT;
 use partprobe_net::Voxels;
 
 /// The sentences of a run's tables; `data_hash` names the shapes. Without normals, those of the config were taken away.
 pub(super) fn footer(config: &Config, data_hash: &str, normals: Normals) -> Vec<String> {
     let mut sentences = vec![settings(config, data_hash, normals)];
-    // What stands beside GTc, since the trainings aim at it.
+    // The trainings aim at GTc, so the table says so.
     if config.loss.proto_ce_weight > 0.0 {
         sentences.push(
-            "GTc: our loss trains for it (its prototype cross-entropy), and that of the paper may not. Its centers are those of the \
+            "GTc: our loss trains for it (its prototype cross-entropy), and the loss of the paper may not. The centers come from the \
              labels that are scored; split GTc takes them from the other half of the tokens."
                 .to_owned(),
         );
@@ -49,11 +50,11 @@ fn settings(config: &Config, data_hash: &str, normals: Normals) -> String {
     format!(
         "θ {theta_deg}°, τ_min {tau_min}; tessellation: chord {chord_fraction} of the diagonal, angle {angle_rad} rad, volume \
          loss {volume_loss}; {} points, normals {normals}, labels by the triangle of each point (transfer `index`); about {} \
-         {voxels} tokens, {} pose(s); K of the reference (`modes`: found), {} restarts, clustering seed {}; training seeds {}; \
+         {voxels} tokens, {}; K of the reference (`modes`: found), {} restarts, clustering seed {}; training seeds {}; \
          commit {}, data {data_hash}.",
         config.sample.n_points,
         config.tokens.test_tokens,
-        config.tokens.test_poses,
+        counted(config.tokens.test_poses, "pose", "poses"),
         config.eval.restarts,
         config.eval.seed,
         seeds.join(", "),

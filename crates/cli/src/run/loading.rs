@@ -177,7 +177,7 @@ pub(super) fn with_loaders<T>(
             scope.spawn(move || load_all(plan, loader, &sender, &clocks.loading));
             queues.push(receiver);
         }
-        // The work owns the queues: when it ends, for whatever reason, the loaders find them closed and end too.
+        // The work owns the queues: when it ends, for any reason, the loaders find them closed and end too.
         work(LoadedBatches {
             plan,
             order: Order::new(plan),

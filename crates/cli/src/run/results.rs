@@ -195,11 +195,7 @@ fn primary_endpoints(config: &Config) -> Result<Vec<Endpoint>> {
 /// Says which expectations hold; the exit code is 3 if one does not.
 fn print_expectations(outcomes: &[ExpectationOutcome]) -> Result<ExitCode> {
     for outcome in outcomes {
-        let verdict = if outcome.passed { "met" } else { "MISSED" };
-        print_result(format_args!(
-            "expectation {verdict}: {}, found {:.4}",
-            outcome.text, outcome.value
-        ))?;
+        print_result(outcome)?;
     }
     Ok(if outcomes.iter().all(|outcome| outcome.passed) {
         ExitCode::SUCCESS

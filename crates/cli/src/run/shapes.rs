@@ -61,7 +61,7 @@ impl Shape {
     }
 }
 
-/// What tells a shape from others, whatever it is called.
+/// What tells a shape from others, without its name.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
 pub(crate) struct ShapeIdentity {
     /// The hash of what its carrier holds: mesh, faces, labels and settings.

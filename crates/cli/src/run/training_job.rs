@@ -11,7 +11,7 @@ use anyhow::Result;
 use partprobe_net::{ShapeKeys, TrainConfig, TrainSettings};
 use serde::{Deserialize, Serialize};
 
-/// What a training needs beside its shapes.
+/// What a training needs apart from its shapes.
 pub(crate) struct TrainingJob<'a> {
     pub(crate) folder: &'a RunFolder,
     pub(crate) config: &'a Config,

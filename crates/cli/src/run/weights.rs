@@ -1,6 +1,6 @@
 //! Reads and writes the weights of a trained backbone in a run folder. No other code does.
 //!
-//! The training notes a hash of the file beside it, and whoever reads the file compares. So weights that were changed,
+//! The training notes a hash of the file in the same folder, and every reader of the file compares. So weights that were changed,
 //! exchanged or damaged after the training are refused, by name.
 
 use super::folder::RunFolder;
@@ -40,7 +40,7 @@ pub(crate) fn read_weights(folder: &RunFolder, supervision: &str, seed: u64) -> 
     let found = sha256_hex(&bytes);
     if found != noted {
         bail!(
-            "{} was changed after its training ended: its SHA-256 is {found}, and training.json beside it says {noted}; \
+            "{} was changed after its training ended: its SHA-256 is {found}, and training.json in the same folder says {noted}; \
              put the file back, or remove it and train again with --resume",
             path.display()
         );
@@ -53,7 +53,7 @@ mod tests {
     use super::*;
     use crate::config::load;
 
-    /// Reads weights of these bytes beside a record that says this hash.
+    /// Reads weights of these bytes, where the record says this hash.
     #[track_caller]
     fn check(bytes: &[u8], noted: Option<&str>, expected: Result<(), &str>) {
         let root = tempfile::tempdir().unwrap();

@@ -24,12 +24,13 @@ const MAX_WARNINGS: usize = 10;
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "Example: partprobe attach package/ parts/ --out dataset/
 
-Each file is found in the package by the SHA-256 of its STEP text, whatever its name is and however it is packed. It is labeled
-by the settings of the package, and gets the id that it has there. DATASET is the data set that the package was made from, as
+Each file is found in the package by the SHA-256 of its STEP text. Its name and its packing do not matter. It is labeled by the
+settings of the package, and gets the id that it has there. DATASET is the data set that the package was made from, as
 far as the files are there: the carriers have the same bytes if the program is the same.
 A file that the package does not have is refused by name (`refused` in the index). A shape with other labels than those of the
 package has no carrier (`differs`), and the reason names the first face that differs.
-Exit codes: 0 every file is attached or has no labels in the package either, 1 not so, 2 wrong usage, 130 stopped by Ctrl-C.")]
+Exit codes: 0 every file is attached or has no labels in the package either, 1 a file is not attached, 2 wrong usage, 130 stopped
+by Ctrl-C.")]
 pub(crate) struct AttachArgs {
     /// The package.
     #[arg(value_name = "PACKAGE")]
@@ -49,7 +50,7 @@ pub(crate) struct AttachArgs {
     /// Replace a data set that is already there.
     #[arg(long, conflicts_with = "resume")]
     force: bool,
-    /// Continue a data set that was begun with the same package and inputs; begin it if there is none.
+    /// Resume a data set that was started earlier with the same package and inputs, or start one.
     #[arg(long)]
     resume: bool,
 }

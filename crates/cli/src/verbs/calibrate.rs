@@ -1,6 +1,6 @@
 //! Runs `partprobe calibrate`: what the dihedral angles of a corpus say about the threshold θ.
 //!
-//! Whatever `label` reads, carriers and data sets go in. Tables come out on stdout, and with `--out` as Markdown, CSV, JSON
+//! Everything that `label` reads, carriers and data sets go in. Tables come out on stdout, and with `--out` as Markdown, CSV, JSON
 //! and SVG. Every number and every plot is made by `partprobe_calibration`; this module writes them.
 
 use crate::interrupt::Interrupt;

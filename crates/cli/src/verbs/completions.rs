@@ -1,13 +1,14 @@
 //! Runs `partprobe completions` and `partprobe man`: scripts that complete the command line in a shell, and manual pages.
 
 use crate::command_line::command_line;
+use crate::counted::counted;
 use crate::stdout::{print_line, print_result};
 use anyhow::{Context, Result};
 use clap_complete::Shell;
 use std::fs;
 use std::path::PathBuf;
 
-/// The name of the program in scripts and pages, whatever its file is called.
+/// The name of the program in scripts and pages, also if its file has another name.
 const NAME: &str = "partprobe";
 
 /// Print a script that completes verbs, options and values in a shell
@@ -47,7 +48,19 @@ pub(crate) fn completions(args: &CompletionsArgs) -> Result<()> {
 pub(crate) fn man(args: &ManArgs) -> Result<()> {
     fs::create_dir_all(&args.out).with_context(|| format!("making {}", args.out.display()))?;
     let command = command_line().name(NAME).bin_name(NAME);
+    let n_pages = counted(n_pages(&command), "page", "pages");
     clap_mangen::generate_to(command, &args.out)
         .with_context(|| format!("writing pages into {}", args.out.display()))?;
-    print_result(args.out.join(format!("{NAME}.1")).display())
+    let first = args.out.join(format!("{NAME}.1"));
+    print_result(format_args!(
+        "{n_pages} in {}; begin with {}",
+        args.out.display(),
+        first.display()
+    ))
+}
+
+/// How many pages are written: one for the command and one for each verb below it that the help shows.
+fn n_pages(command: &clap::Command) -> usize {
+    let shown = command.get_subcommands().filter(|verb| !verb.is_hide_set());
+    1 + shown.map(n_pages).sum::<usize>()
 }

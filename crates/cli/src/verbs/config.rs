@@ -1,6 +1,6 @@
 //! Runs `partprobe config`: it lists the shipped configs, prints one with everything that it builds on, and checks a file.
 
-use crate::config::{Config, load, shipped, shipped_names};
+use crate::config::{Config, load, shipped, shipped_descriptions};
 use crate::markdown_table::{Alignment, markdown_table};
 use crate::run::checked_expectations;
 use crate::stdout::{print_line, print_result, print_tables};
@@ -17,7 +17,7 @@ pub(crate) struct ConfigArgs {
 
 #[derive(Clone, Debug, clap::Subcommand)]
 enum Action {
-    /// List the shipped configs, each with its first sentence
+    /// List the shipped configs, and what each is for
     List,
     /// Print a config, with all keys of the configs that it builds on
     #[command(after_help = "Examples:
@@ -25,7 +25,7 @@ enum Action {
   partprobe config show mine.toml --set train.steps=5000
   partprobe config show base --source > base.toml
 
-A config of your own starts with `base = \"hour\"`, or with the name of a file beside it, and lists only what differs.")]
+A config of your own starts with `base = \"hour\"`, or with the name of a file in the same folder, and lists only what differs.")]
     Show(ShowArgs),
     /// Check a config: every key and every value
     #[command(after_help = "Example: partprobe config check mine.toml
@@ -87,25 +87,12 @@ fn ensure_known_names(config: &Config) -> Result<()> {
 }
 
 fn list() -> Result<()> {
-    let rows = shipped_names().map(|name| {
-        let about = shipped(name).map(first_sentence).unwrap_or_default();
-        [name.to_owned(), about]
-    });
+    let rows = shipped_descriptions().map(|row| row.map(str::to_owned));
     print_tables(markdown_table(
         ["config", "about"],
         [Alignment::Left, Alignment::Left],
         rows,
     ))
-}
-
-/// The first sentence of the comment that a config begins with, without what follows a colon.
-fn first_sentence(text: &str) -> String {
-    let lines = text.lines().map_while(|line| line.strip_prefix('#'));
-    let comment: Vec<&str> = lines.map(str::trim).collect();
-    let comment = comment.join(" ") + " ";
-    let ends = [": ", ". ", "? "].map(|end| comment.find(end));
-    let end = ends.into_iter().flatten().min().unwrap_or(comment.len());
-    comment[..end].trim_end().to_owned()
 }
 
 fn show(args: &ShowArgs) -> Result<()> {
@@ -116,25 +103,5 @@ fn show(args: &ShowArgs) -> Result<()> {
     match shipped(&args.config) {
         Some(text) => print_result(text.trim_end()),
         None => print_result(std::fs::read_to_string(&args.config)?.trim_end()),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_first_sentence_ends_at_the_first_mark() {
-        for (text, expected) in [
-            ("# One thing. Another.\nkey = 1", "One thing"),
-            (
-                "# A long\n# sentence: `partprobe run`.\n",
-                "A long sentence",
-            ),
-            ("# Of the paper (§4.5). More.", "Of the paper (§4.5)"),
-            ("key = 1", ""),
-        ] {
-            assert_eq!(first_sentence(text), expected);
-        }
     }
 }

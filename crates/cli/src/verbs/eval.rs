@@ -28,7 +28,7 @@ pub(crate) struct EvalArgs {
 /// Evaluates what the folder has trained; the exit code is 3 if an expectation is missed.
 ///
 /// # Errors
-/// If the folder is no run, or its data set cannot be read.
+/// If the folder is not a run, or its data set cannot be read.
 pub(crate) fn eval(args: &EvalArgs) -> Result<ExitCode> {
     let folder = RunFolder::existing(&args.run)?;
     let config_file = folder.path("config.toml").to_string_lossy().into_owned();
@@ -68,7 +68,7 @@ const SCORING_KEYS: [&str; 8] = [
     "tokens.test_tokens",
 ];
 
-/// Refuses settings that decided the training: with others, the run's config would say what is not so.
+/// Refuses settings that decided the training: with others, the run's config would be wrong.
 fn refuse_new_settings(stored: &Config, asked: &Config) -> Result<()> {
     let is_scoring = |key: &str| {
         SCORING_KEYS.iter().any(|scoring| key.starts_with(scoring))

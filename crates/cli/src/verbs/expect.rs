@@ -32,7 +32,7 @@ type SeedMeans = BTreeMap<(String, String, Metric), Vec<f64>>;
 /// Prints the table.
 ///
 /// # Errors
-/// If a folder is no scored run, or there are fewer than two seeds in all.
+/// If a folder is not a scored run, or there are fewer than two seeds in all.
 pub(crate) fn expect(args: &ExpectArgs) -> Result<()> {
     ensure!(
         args.deviations.is_finite() && args.deviations >= 0.0,

@@ -31,7 +31,7 @@ pub(crate) struct FalseAlarmsArgs {
 /// Counts and prints.
 ///
 /// # Errors
-/// If the folder is no finished run, or has too few seeds.
+/// If the folder is not a finished run, or has too few seeds.
 pub(crate) fn false_alarms_of(args: &FalseAlarmsArgs) -> Result<()> {
     let run = ScoredRun::read(&args.run)?;
     let config_file = args.run.join("config.toml");

@@ -1,6 +1,6 @@
 //! Runs `partprobe label`: the arguments, and the summary that is printed.
 
-use crate::config::{self, Attribute, Config, Emit};
+use crate::config::{self, Attribute, Config, Emit, by_flag};
 use crate::counted::counted;
 use crate::interrupt::Interrupt;
 use crate::label::{LabelJob, Shard, label_paths};
@@ -77,7 +77,7 @@ pub(crate) struct LabelArgs {
     /// Replace a data set that is already there.
     #[arg(long, conflicts_with_all = ["resume", "retry"])]
     force: bool,
-    /// Continue a data set that was begun with the same inputs and settings; begin it if there is none.
+    /// Resume a data set that was started earlier with the same inputs and settings, or start one.
     #[arg(long)]
     resume: bool,
     /// Resume, and label the files with these statuses again; limits may be higher than before.
@@ -211,28 +211,36 @@ fn job(args: &LabelArgs) -> Result<(LabelJob, Option<StandardInput>)> {
 /// The settings of the config and of the arguments that stand for settings.
 fn job_config(args: &LabelArgs) -> Result<Config> {
     let mut overrides = args.set.clone();
-    overrides.extend(args.unit.map(|unit| match unit {
-        Unit::File => "label.unit=file".to_owned(),
-        Unit::Solid => "label.unit=solid".to_owned(),
-    }));
-    overrides.extend(args.kernel.map(|kernel| match kernel {
-        Kernel::Own => "label.kernel=own".to_owned(),
-        Kernel::Truck => "label.kernel=truck".to_owned(),
-    }));
-    if !args.attributes.is_empty() {
-        overrides.push(format!(
-            "label.attributes={}",
-            serde_json::to_string(&args.attributes)?
-        ));
+    let unit = args.unit.map(|unit| match unit {
+        Unit::File => "label.unit=file",
+        Unit::Solid => "label.unit=solid",
+    });
+    let kernel = args.kernel.map(|kernel| match kernel {
+        Kernel::Own => "label.kernel=own",
+        Kernel::Truck => "label.kernel=truck",
+    });
+    overrides.extend(unit.map(|unit| by_flag("--unit", unit)));
+    overrides.extend(kernel.map(|kernel| by_flag("--kernel", kernel)));
+    for (flag, key, names) in [
+        (
+            "--attributes",
+            "label.attributes",
+            serde_json::to_string(&args.attributes)?,
+        ),
+        (
+            "--layers",
+            "label.layers",
+            serde_json::to_string(&args.layers)?,
+        ),
+    ] {
+        if names != "[]" {
+            overrides.push(by_flag(flag, format!("{key}={names}")));
+        }
     }
-    if !args.layers.is_empty() {
-        overrides.push(format!(
-            "label.layers={}",
-            serde_json::to_string(&args.layers)?
-        ));
-    }
-    overrides.extend(args.instances.then(|| "label.instances=true".to_owned()));
-    overrides.extend(args.compress.then(|| "label.compress=true".to_owned()));
+    let instances = args.instances.then_some("label.instances=true");
+    let compress = args.compress.then_some("label.compress=true");
+    overrides.extend(instances.map(|set| by_flag("--instances", set)));
+    overrides.extend(compress.map(|set| by_flag("--compress", set)));
     let mut config = config::load(&args.config, &overrides)?.config;
     if !args.emit.is_empty() {
         config.label.emit.clone_from(&args.emit);

@@ -27,7 +27,7 @@ pub(crate) struct ReplayArgs {
 /// Repeats the update, shape by shape and as a whole.
 ///
 /// # Errors
-/// If the folder is no dump.
+/// If the folder is not a dump.
 pub(crate) fn replay(args: &ReplayArgs) -> Result<ExitCode> {
     let execution = Execution::new(&args.execution)?;
     ensure!(

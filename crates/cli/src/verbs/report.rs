@@ -56,7 +56,7 @@ type Key<'a> = (&'a str, &'a str);
 /// Prints the table of the runs.
 ///
 /// # Errors
-/// If a folder is no scored run, two runs have one name, or they have no test shape in common.
+/// If a folder is not a scored run, two runs have one name, or they have no test shape in common.
 pub(crate) fn report(args: &ReportArgs) -> Result<()> {
     #[cfg(feature = "train")]
     if let Some(file) = &args.html {
@@ -95,11 +95,13 @@ pub(crate) fn report(args: &ReportArgs) -> Result<()> {
         return print_line(String::from_utf8_lossy(&document).trim_end());
     }
     print_result_tables(tables.to_markdown())?;
-    print_result(format_args!(
-        "Over {} that all {} were scored on.",
-        counted(n_common, "test shape", "test shapes"),
-        counted(runs.len(), "run", "runs")
-    ))
+    let n_shapes = counted(n_common, "test shape", "test shapes");
+    match runs.len() {
+        1 => print_result(format_args!("Over {n_shapes} of the run.")),
+        n => print_result(format_args!(
+            "Over {n_shapes} that all {n} runs were scored on."
+        )),
+    }
 }
 
 /// Writes the page of the one run that is named.

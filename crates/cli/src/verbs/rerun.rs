@@ -40,7 +40,7 @@ pub(crate) struct RerunArgs {
 /// Repeats and compares.
 ///
 /// # Errors
-/// If the folder is no finished run, or a stage fails.
+/// If the folder is not a finished run, or a stage fails.
 pub(crate) fn rerun(args: &RerunArgs) -> Result<ExitCode> {
     ensure!(
         args.training.overrides(&args.execution.set).is_empty(),

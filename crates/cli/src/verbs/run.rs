@@ -1,6 +1,7 @@
 //! Runs `partprobe run`: everything, from STEP files or generated parts to the table.
 
 use crate::config::{Config, DataSource, load};
+use crate::given_path::ensure_exists;
 use crate::label::{LabelJob, label_paths};
 use crate::run::{
     Execution, ExecutionArgs, Run, RunFolder, RunRecord, TrainingArgs, checked_expectations,
@@ -26,7 +27,7 @@ Before the first training, the card of the label sources is printed (source_card
 The run folder holds config.toml, split.json, log.jsonl, tensorboard/, checkpoints/, test/, predictions/,
 scores.jsonl, tables.{md,csv,json} and report.html. A config's [expect] table bounds scores; a run that misses one exits 3.")]
 pub(crate) struct RunArgs {
-    /// A shipped config (base, smoke, abc-small, pointnet, implicit) or a TOML file.
+    /// A shipped config or a TOML file. `partprobe config list` lists the shipped configs.
     #[arg(value_name = "NAME|FILE")]
     config: String,
     /// STEP files, folders, lists of paths, or a labeled data set; instead of the config's own.
@@ -147,9 +148,7 @@ fn given_data(args: &RunArgs, config: &Config) -> Result<Vec<PathBuf>> {
             "no data: give --data PATH, or set data.source=synth".to_owned()
         ));
     }
-    if let Some(path) = given.iter().find(|path| !path.exists()) {
-        bail!(UsageError(format!("{} does not exist", path.display())));
-    }
+    given.iter().try_for_each(|path| ensure_exists(path))?;
     Ok(given.clone())
 }
 

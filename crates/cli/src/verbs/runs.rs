@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
   partprobe runs
   partprobe runs experiments/ --json
 
-A run is `scored` if it is complete, `trained` if its weights are there and its scores are not, and `begun` otherwise. The mIoU is
+A run is `scored` if it is complete, `trained` if its weights are there and its scores are not, and `started` otherwise. The mIoU is
 that of its first label source against its first reference. A run of the implicit probe has no test shapes: all of its shapes are
 fitted, and its tables are in tables.md.")]
 pub(crate) struct RunsArgs {
@@ -159,7 +159,7 @@ fn listed_run(path: &Path) -> ListedRun {
 fn state_of_implicit(path: &Path) -> &'static str {
     match path.join("tables.csv").is_file() {
         true => "scored",
-        false => "begun",
+        false => "started",
     }
 }
 
@@ -176,6 +176,6 @@ fn state(path: &Path, has_scores: bool, supervision: &[String], seeds: &[u64]) -
     } else if trainings.all(|(source, seed)| is_trained(source, seed)) {
         "trained"
     } else {
-        "begun"
+        "started"
     }
 }

@@ -209,7 +209,7 @@ impl Tally {
             .entries()
             .chunk_by(|a, b| a.source == b.source && b.member.is_none())
             .for_each(|file| tally.add_entries(file));
-        // The times are no part of a data set, and may have been left behind.
+        // The times do not belong to a data set, and may have been left behind.
         let times = fs::read_to_string(folder.join(TIMING_FILE)).unwrap_or_default();
         tally.timings = times
             .lines()

@@ -1,6 +1,6 @@
 //! Runs `partprobe synth`: it writes generated mechanical parts as STEP files.
 
-use crate::config::{SynthConfig, load};
+use crate::config::{SynthConfig, by_flag, load};
 use crate::interrupt;
 use crate::output_folder::{ensure_empty, make_folder};
 use crate::progress::Progress;
@@ -45,16 +45,15 @@ pub(crate) struct SynthArgs {
 /// If a setting is out of its range or a file cannot be written.
 pub(crate) fn synth(args: &SynthArgs) -> Result<()> {
     let mut overrides = args.set.clone();
-    overrides.extend(args.n.map(|n| format!("synth.n={n}")));
-    overrides.extend(args.seed.map(|seed| format!("synth.seed={seed}")));
-    overrides.extend(
-        args.min_parts
-            .map(|parts| format!("synth.min_parts={parts}")),
-    );
-    overrides.extend(
-        args.max_parts
-            .map(|parts| format!("synth.max_parts={parts}")),
-    );
+    let given = [
+        ("-n", "n", args.n),
+        ("--seed", "seed", args.seed),
+        ("--min-parts", "min_parts", args.min_parts.map(u64::from)),
+        ("--max-parts", "max_parts", args.max_parts.map(u64::from)),
+    ];
+    for (flag, key, value) in given {
+        overrides.extend(value.map(|value| by_flag(flag, format!("synth.{key}={value}"))));
+    }
     let loaded = load(&args.config, &overrides)?;
     ensure_empty(&args.out)?;
     interrupt::end_at_once()?;

@@ -20,7 +20,7 @@ Train the second source into the same folder with --resume, then `partprobe eval
 --resume --set train.steps=N makes a finished training longer, if its schedule allows it."
 )]
 pub(crate) struct TrainArgs {
-    /// A shipped config (base, smoke, abc-small, pointnet) or a TOML file.
+    /// A shipped config or a TOML file. `partprobe config list` lists the shipped configs.
     #[arg(value_name = "CONFIG")]
     config: String,
     /// The labeled data set (`partprobe label` makes one).

@@ -1,4 +1,4 @@
-//! A published split: which side each shape is on, whatever it is called and however it is triangulated.
+//! Defines a published split: which side each shape is on, for any name and any triangulation of it.
 //!
 //! Lines of JSON go in or out, one per shape. Shapes are recognized by the hash of the file that they were read from, and by
 //! the number of the solid in it.

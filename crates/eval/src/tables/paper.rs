@@ -1,4 +1,4 @@
-//! Sets the numbers of a run beside those that the STEP-Parts paper prints for its probe.
+//! Compares the numbers of a run with those that the STEP-Parts paper prints for its probe.
 //!
 //! The paper compares STEP-Parts with PartField; a run compares its first two label sources. Its tables are copied as printed
 //! (section "Point-Based Downstream Probe with PTv3"). The two are not like for like: networks, shapes and numbers of parts differ.

@@ -54,7 +54,7 @@ impl Container {
     }
 }
 
-/// What the content of a file says, whatever its name says.
+/// What the content of a file says; its name does not matter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Packing {
     /// It is an archive of this kind.
@@ -69,7 +69,7 @@ impl Packing {
     /// Looks at the beginning of a file, and of what is packed in it.
     ///
     /// # Errors
-    /// If the file cannot be read; damage behind its first bytes is no error here.
+    /// If the file cannot be read; damage after its first bytes is not an error here.
     pub fn of_content(mut source: impl Read) -> io::Result<Self> {
         let start = start_of(&mut source)?;
         Ok(match Container::of_start(&start) {
@@ -104,7 +104,7 @@ fn start_of(source: &mut impl Read) -> io::Result<Vec<u8>> {
     Ok(start)
 }
 
-/// What a stream holds; archives of several files are no streams, and stay as they are.
+/// What a stream holds; archives of several files are not streams, and stay as they are.
 pub(super) fn decoded<'a>(
     container: Container,
     source: impl Read + 'a,

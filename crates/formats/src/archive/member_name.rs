@@ -1,4 +1,4 @@
-//! Names of members that stay below the archive, whatever the archive says.
+//! Names members so that they stay below the folder of the archive, also if the archive says otherwise.
 
 use super::{ArchiveKind, Refusal};
 

@@ -40,7 +40,7 @@ pub struct Member<'a> {
     pub content: Result<(MemberName, Content<'a>), Refusal>,
 }
 
-/// Why a member is not read, whatever its bytes are.
+/// Why a member is not read, for any content.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Refusal {

@@ -1,6 +1,6 @@
 //! Writes file names as text that leads back to their bytes: names are bytes, and not all of them are UTF-8.
 //!
-//! A name that is UTF-8 stands as it is. In any other name each byte that is no text is written as `%` and two capital
+//! A name that is UTF-8 stands as it is. In any other name each byte that is not text is written as `%` and two capital
 //! hexadecimal digits, and each `%` as `%25`. A UTF-8 name that looks like such a text is written in this way too, so
 //! that no two names have one text.
 

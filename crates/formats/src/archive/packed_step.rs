@@ -92,7 +92,7 @@ pub fn unpacked_step(bytes: Vec<u8>, limit: u64) -> Result<Vec<u8>, UnpackError>
     }
 }
 
-/// All members of a gzip file; padding behind them is no damage.
+/// All members of a gzip file; padding after them is not damage.
 fn gunzipped(bytes: &[u8], limit: u64) -> Result<Vec<u8>, UnpackError> {
     let mut text = Vec::new();
     let mut rest = bytes;
@@ -180,7 +180,7 @@ fn step_members(bytes: &[u8]) -> Result<Vec<String>, UnpackError> {
         ControlFlow::Continue(())
     });
     walked.map_err(|damage| zip_damage(damage.problem))?;
-    // Programs for macOS put what its file system knows of a file beside it.
+    // Programs for macOS put the attributes of a file into a second member.
     names.retain(|name| !name.starts_with("__MACOSX/"));
     let is_step = |name: &String| {
         name.rsplit('/')

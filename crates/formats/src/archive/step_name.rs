@@ -2,7 +2,7 @@
 
 /// Endings of STEP text, with their dot.
 const PLAIN: [&str; 4] = [".step", ".stp", ".p21", ".ste"];
-/// Endings of STEP text that is packed, whatever packs it: `.stpZ` is gzip from some programs and zip from others.
+/// Endings of STEP text that is packed in any way: `.stpZ` is gzip from some programs and zip from others.
 const PACKED: [&str; 3] = [".stpz", ".stepz", ".p21z"];
 /// Endings that packers put behind the ending of the text.
 const PACKERS: [&str; 3] = [".gz", ".zst", ".xz"];

@@ -24,7 +24,7 @@ const LAYER_PREFIX: &str = "face_label_";
 /// What `face_color` says of a face without a color.
 const NO_COLOR: u32 = 0;
 
-/// Why bytes are no carrier.
+/// Why bytes are not a carrier.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum CarrierFileError {
@@ -34,7 +34,7 @@ pub enum CarrierFileError {
     /// A member is missing or has another type or shape.
     #[error(transparent)]
     Member(#[from] MemberError),
-    /// The settings are no JSON of the expected form.
+    /// The settings are not JSON of the expected form.
     #[error("member `meta` can't be understood: {0}")]
     Meta(String),
     /// A type code is unknown.
@@ -69,7 +69,7 @@ pub struct CarrierFile {
     pub content_hash: ContentHash,
 }
 
-/// The bytes of a carrier file, without the hash beside them.
+/// The bytes of a carrier file, without their hash.
 ///
 /// # Errors
 /// As [`carrier_file`].

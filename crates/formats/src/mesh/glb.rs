@@ -38,7 +38,7 @@ pub enum GlbError {
     /// glTF has no empty meshes.
     #[error("the carrier has no triangle, and glTF has no empty meshes")]
     Empty,
-    /// A coordinate is no number.
+    /// A coordinate is not a number.
     #[error("vertex {0} is not finite; label the file again")]
     NotFinite(usize),
     /// There are more faces than feature ids can count.

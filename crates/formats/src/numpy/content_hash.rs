@@ -59,7 +59,7 @@ impl ContentHasher {
     }
 }
 
-/// A hash of the mesh alone: shapes with equal hashes have the same vertices and triangles, whatever they are called.
+/// A hash of the mesh alone: shapes with equal hashes have the same vertices and triangles, also under different names.
 #[must_use]
 pub fn mesh_hash(mesh: &Mesh) -> ContentHash {
     let mut all = Xxh3::new();

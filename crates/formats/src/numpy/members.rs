@@ -53,7 +53,7 @@ impl Members {
         self.arrays.keys().map(String::as_str)
     }
 
-    /// The array of this name, whatever it holds.
+    /// The array of this name, of any type.
     #[must_use]
     pub fn array(&self, name: &str) -> Option<&Array> {
         self.arrays.get(name)

@@ -25,7 +25,7 @@ pub enum Compression {
     Deflated,
 }
 
-/// Why bytes are no archive of arrays.
+/// Why bytes are not an archive of arrays.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum NpzError {
@@ -35,7 +35,7 @@ pub enum NpzError {
     /// The members unpack to more than any file of ours.
     #[error("the archive unpacks to more than {MAX_UNPACKED_BYTES} bytes; it is refused as a bomb")]
     TooLarge,
-    /// A member is no array.
+    /// A member is not an array.
     #[error("member `{name}`: {problem}")]
     Member {
         /// The member's name, without `.npy`.
@@ -151,7 +151,7 @@ impl NpzWriter {
 /// Archives of other programs carry no `format_version` and are read all the same.
 ///
 /// # Errors
-/// If the archive or a member is damaged, a member is no array, the archive holds a hash of other members than these,
+/// If the archive or a member is damaged, a member is not an array, the archive holds a hash of other members than these,
 /// or the version is newer than this program.
 pub fn arrays_from_npz(bytes: &[u8]) -> Result<Members, NpzError> {
     hashed_arrays_from_npz(bytes).map(|(members, _)| members)
@@ -170,7 +170,7 @@ pub(crate) fn hashed_arrays_from_npz(bytes: &[u8]) -> Result<(Members, ContentHa
             .map_err(archive_error)?
             .trim_end_matches(".npy")
             .to_owned();
-        // The declared size is not believed: reading ends at the budget whatever it says.
+        // The declared size is not believed: reading ends at the budget in any case.
         let mut unpacked = Vec::new();
         let n_read = file
             .by_ref()

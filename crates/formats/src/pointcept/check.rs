@@ -6,7 +6,7 @@ use crate::numpy::npy_header::NpyError;
 use crate::pointcept::folder::POINTCEPT_FILES;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Lengths of normals that differ from 1 by more than this are no rounding.
+/// Lengths of normals that differ from 1 by more than this are not due to rounding.
 const UNIT_TOLERANCE: f64 = 1e-3;
 
 /// Something that a trainer would stumble over, or learn wrongly from.
@@ -16,7 +16,7 @@ pub enum PointceptProblem {
     /// A file is not there.
     #[error("{0} is missing")]
     Missing(&'static str),
-    /// A file is no array.
+    /// A file is not an array.
     #[error("{file}: {problem}")]
     Unreadable {
         /// The file.
@@ -222,7 +222,7 @@ fn not_unit(normals: &[[f32; 3]]) -> Option<PointceptProblem> {
             .sqrt()
     };
     let (row, length) = normals.iter().map(length).enumerate().find(|(_, length)| {
-        // A length that is no number has been named already.
+        // A length that is not a number has been named already.
         (length - 1.0).abs() > UNIT_TOLERANCE
     })?;
     Some(PointceptProblem::NotUnit { row, length })

@@ -26,7 +26,7 @@ pub fn pointcept_files(
 
 /// The `data` section of a Pointcept config that trains instance segmentation on the folder the text is saved in.
 ///
-/// Shapes are scaled into the unit ball, since parts of 5 mm and of 5 m stand beside each other.
+/// Shapes are scaled into the unit ball, since parts of 5 mm and of 5 m are in one data set.
 #[must_use]
 pub fn pointcept_config() -> String {
     let names: Vec<String> = FaceType::ALL

@@ -1,6 +1,6 @@
 //! Draws the points that a network is trained on, once per shape: on the surface, near it, and in its box.
 //!
-//! Every training of a shape sees the same points, whatever its labels and its seed are.
+//! Every training of a shape sees the same points, with any labels and seed.
 
 use super::reference::{Reference, ReferenceError};
 use partprobe_carrier::{

@@ -77,7 +77,7 @@ impl Reference {
     /// Cost: `O(T log T)` for `T` triangles.
     ///
     /// # Errors
-    /// If the mesh is a cloud, has no extent or no positive volume, or has corners that are no vertices.
+    /// If the mesh is a cloud, has no extent or no positive volume, or has corners that are not vertices.
     pub fn new(mesh: &Mesh) -> Result<Self, ReferenceError> {
         let surface = Surface::of_mesh(mesh)?;
         if mesh.is_cloud() {

@@ -11,7 +11,7 @@ use crate::network::{BLOCK, Network, PreparedNetwork};
 use partprobe_carrier::{Rng, keyed_rng};
 use rayon::prelude::*;
 
-/// Blocks are dealt to so many tasks, whatever the number of threads is: each adds up its own, and their sums are added in order.
+/// Blocks are dealt to so many tasks for any number of threads: each adds up its own, and their sums are added in order.
 const TASKS: usize = 16;
 
 /// The label of each surface point of the pools, and the weight of each label.

@@ -181,8 +181,8 @@ fn label_column(header: &[String], column: Option<&str>) -> Result<usize, String
     match found.as_slice() {
         [one] => Ok(*one),
         [] => Err(format!(
-            "no column of {} is a label; name it with the key `column`",
-            header.join(", ")
+            "no label column among `{}`; name it with the key `column`",
+            header.join("`, `")
         )),
         [first, second, ..] => Err(format!(
             "`{}` and `{}` are both labels; name one with the key `column`",
@@ -262,7 +262,7 @@ mod tests {
         check(
             "step_id,colour\n7,9\n",
             None,
-            Err("no column of step_id, colour is a label; name it with the key `column`"),
+            Err("no label column among `step_id`, `colour`; name it with the key `column`"),
         );
         check(
             "index,label\n0,1\n2,1\n",

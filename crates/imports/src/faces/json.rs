@@ -232,7 +232,7 @@ fn rows(items: &[Value], column: Option<&str>) -> Result<FaceLabels, String> {
     Ok(FaceLabels::InOrder(labels))
 }
 
-/// MFInstSeg and MFTRCAD: classes of faces, beside the instances that they form.
+/// MFInstSeg and MFTRCAD: classes of faces, and the instances that they form.
 fn features(object: &Map<String, Value>, column: Option<&str>) -> Result<FaceLabels, String> {
     let groups = object.get("seg").filter(|seg| is_list_of_lists(seg));
     let classes = match groups {

@@ -185,7 +185,7 @@ pub(super) fn unit(vector: Point) -> Point {
     }
 }
 
-/// A label from a number; what is negative or not a number is no label.
+/// A label from a number; what is negative or not a number is not a label.
 pub(crate) fn label_of(value: f64) -> Result<i32, String> {
     if value < 0.0 || value.is_nan() {
         return Ok(IGNORE);

@@ -82,7 +82,7 @@ pub struct TokenConfig {
     pub train_tokens: TrainTokens,
     /// The approximate number of tokens of a shape at test time.
     pub test_tokens: usize,
-    /// In how many poses a shape is embedded at test time. The embeddings of a token stand behind each other.
+    /// In how many poses a shape is embedded at test time. The embeddings of a token are concatenated.
     #[serde(default = "one", skip_serializing_if = "is_one")]
     pub test_poses: usize,
     /// Which points share a token.

@@ -21,7 +21,7 @@ impl Pose {
         scale: 1.0,
     };
 
-    /// Draws a pose. The generator gives the same count of numbers whatever the settings say,
+    /// Draws a pose. The generator gives the same count of numbers with any settings,
     /// so that switching one change off leaves the others alone.
     pub(crate) fn random(config: &AugmentConfig, rng: &mut Rng) -> Self {
         let axes = axis_rotation(rng.next_u64());

@@ -2,7 +2,7 @@
 //!
 //! A token is a voxel: the points that share a cell of a cubic grid *and* the dominant signed axis of their normals.
 //! Without the normal ([`Voxels::Plain`]) the two sides of a thin plate would share tokens. No point is lost: each knows its token.
-//! The edge of a cell is chosen so that a shape has about the wanted number of tokens, whatever its form;
+//! The edge of a cell is chosen so that a shape has about the wanted number of tokens, with any form;
 //! for a flat axis-parallel surface that is √(area / tokens).
 
 use crate::config::Voxels;
@@ -46,7 +46,7 @@ pub enum TokenizeError {
     },
     /// A position or a normal is NaN or infinite.
     #[error(
-        "point {point} has a coordinate or a normal that is no finite number; check the carrier's mesh"
+        "point {point} has a coordinate or a normal that is not a finite number; check the carrier's mesh"
     )]
     NotFinite {
         /// Index of the first such point.

@@ -23,7 +23,7 @@ impl ParameterShape {
         self.dims.iter().product()
     }
 
-    /// Whether training counts the tensor rather than learning it: it has no gradient and is no parameter.
+    /// Whether training counts the tensor rather than learning it: it has no gradient and is not a parameter.
     pub(crate) fn is_statistic(&self) -> bool {
         self.name
             .rsplit('.')

@@ -69,7 +69,7 @@ fn means_over_points(tokens: &Tokens, posed: &Tokens, embeddings: &Embeddings) -
     unit_rows(sums, dim)
 }
 
-/// The rows of all matrices, each row beside those of the same index.
+/// The rows of all matrices, each row followed by those of the same index.
 fn side_by_side(matrices: &[Vec<f32>], n_rows: usize, dim: usize) -> Vec<f32> {
     let rows = (0..n_rows).flat_map(|row| {
         let each = matrices.iter();

@@ -43,7 +43,7 @@ impl TrainedOn {
     }
 }
 
-/// What tells shapes apart, whatever they are called: each list is sorted and holds a key once.
+/// What tells shapes apart, without their names: each list is sorted and holds a key once.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 pub struct ShapeKeys {
     /// A key of the text that each shape was read from.

@@ -24,8 +24,8 @@ pub enum WeightsError {
     /// The config cannot make a network.
     #[error(transparent)]
     Config(#[from] ConfigError),
-    /// The bytes are no safetensors file, or the header would be too large for one.
-    #[error("no readable safetensors file, it may be cut off; restore it or train again")]
+    /// The bytes are not a safetensors file, or the header would be too large for one.
+    #[error("the file cannot be read as safetensors and may be cut off; restore it or train again")]
     Format(#[from] SafeTensorError),
     /// The file lacks our metadata, or they do not parse.
     #[error("the safetensors file was not written by partprobe: {0}")]
@@ -46,7 +46,7 @@ struct Header<T> {
     content: T,
 }
 
-/// A file in the making or a file read: f32 tensors by name, and something beside them.
+/// A file in the making or a file read: f32 tensors by name, and metadata.
 pub(crate) struct TensorFile<T> {
     pub(crate) content: T,
     /// Name, shape and values, in the order of the names.
@@ -205,7 +205,7 @@ impl ModelFile {
     /// Makes the network that the bytes describe.
     ///
     /// # Errors
-    /// If the bytes are no file of weights.
+    /// If the bytes are not a file of weights.
     pub fn from_bytes(bytes: &[u8], backend: Backend) -> Result<Self, WeightsError> {
         let mut file = TensorFile::<ModelNote>::from_bytes(bytes)?;
         let blank = Model::blank(&file.content.net, backend)?;
@@ -235,7 +235,7 @@ impl ModelFile {
         .to_bytes()
     }
 
-    /// What the file says beside the weights.
+    /// The metadata of the file.
     pub(crate) fn note(&self) -> ModelNote {
         ModelNote {
             net: self.model.config().clone(),
@@ -275,7 +275,7 @@ impl Model {
     /// Reads weights that [`Model::to_safetensors`] wrote for the same config.
     ///
     /// # Errors
-    /// If the bytes are no such file, or belong to another network.
+    /// If the bytes are not such a file, or belong to another network.
     pub fn from_safetensors(
         config: &NetConfig,
         bytes: &[u8],

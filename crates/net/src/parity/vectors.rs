@@ -1,6 +1,6 @@
 //! Compares small networks with PyTorch, forward and backward: `vectors.safetensors` holds what PyTorch computed.
 //!
-//! Weights, inputs and the constants that the outputs are multiplied by are no part of the file: both sides compute them
+//! Weights, inputs and the constants that the outputs are multiplied by are not in the file: both sides compute them
 //! from their names (`planted`). Tokens are: cells and axes of two shapes, one of them shorter than a patch.
 
 use crate::data::curve::Cell;

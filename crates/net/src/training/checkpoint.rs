@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ResumeError {
-    /// The bytes are no checkpoint.
+    /// The bytes are not a checkpoint.
     #[error(transparent)]
     Weights(#[from] WeightsError),
     /// The settings inside are out of range, or no thread can be started.
@@ -72,7 +72,7 @@ impl Training {
     /// Goes on with a training; the same steps then give the same bytes as without the interruption.
     ///
     /// # Errors
-    /// If the bytes are no checkpoint of ours.
+    /// If the bytes are not a checkpoint of ours.
     pub fn resume(bytes: &[u8], backend: Backend) -> Result<Self, ResumeError> {
         let mut file = TensorFile::<Content>::from_bytes(bytes)?;
         let blank = Model::blank(&file.content.net, backend).map_err(WeightsError::from)?;

@@ -33,7 +33,7 @@ impl LoadedShape {
     }
 }
 
-/// What loading depends on, beside the shapes.
+/// What loading depends on, apart from the shapes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Loading {
     pub(super) net: NetConfig,

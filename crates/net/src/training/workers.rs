@@ -23,7 +23,7 @@ impl Workers {
         })
     }
 
-    /// Does the jobs with all workers at once; whoever is done takes the next one. The results are in the order of the
+    /// Does the jobs with all workers at once; a worker that is done takes the next one. The results are in the order of the
     /// jobs.
     pub(super) fn map<J: Sync, R: Send>(
         &self,

@@ -61,7 +61,7 @@ pub(super) fn page(
 /// drawn again from the data set if it is there.
 ///
 /// # Errors
-/// If the folder is no scored run, or a file of it cannot be read.
+/// If the folder is not a scored run, or a file of it cannot be read.
 pub(crate) fn page_of_folder(root: &Path, data: Option<&Path>) -> Result<String> {
     let scored = ScoredRun::read(root)?;
     let folder = RunFolder::existing(root)?;

@@ -81,7 +81,7 @@ pub(super) fn check_pointcept(args: &PointceptArgs) -> Result<()> {
     Ok(())
 }
 
-/// The shapes of all sides, sorted; whatever else stands in a side's folder is a problem, as Pointcept opens it.
+/// The shapes of all sides, sorted; everything else in the folder of a side is a problem, because Pointcept opens it.
 fn shapes_in(folder: &Path, problems: &mut Vec<String>) -> Result<Vec<Shape>> {
     let mut shapes = Vec::new();
     for side in SIDES {

@@ -194,7 +194,7 @@ fn carriers(path: &Path, config: &Config) -> Result<Vec<EmbedInput>> {
         .collect()
 }
 
-/// A mesh without true surfaces has the normals of its triangles, whatever the settings say.
+/// A mesh without true surfaces has the normals of its triangles with any settings.
 fn sample_of_mesh(id: &str, mesh: &Mesh, config: &Config) -> Result<PointSample> {
     let rng = &mut keyed_rng(config.sample.seed, &["sample", id]);
     Ok(sample_by_area(

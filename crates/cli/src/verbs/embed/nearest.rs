@@ -30,12 +30,12 @@ use std::process::ExitCode;
   partprobe nearest library/ scan.ply --most 20 --json
 
 The query is embedded by the backbone that the library was made with. The cosine is 1 for equal embeddings.
-Exit codes: 0 every query was searched for, 1 not so, 2 wrong usage.")]
+Exit codes: 0 every query was searched for, 1 a query could not be searched for, 2 wrong usage.")]
 pub(crate) struct NearestArgs {
     /// A folder that `partprobe embed --form shapes` wrote.
     #[arg(value_name = "LIBRARY")]
     library: PathBuf,
-    /// Whatever `embed` reads: STEP files, carriers, meshes, point clouds, folders, data sets.
+    /// What `embed` reads: STEP files, carriers, meshes, point clouds, folders, data sets.
     #[arg(value_name = "QUERY", required = true)]
     queries: Vec<PathBuf>,
     /// The number of shapes for each query.

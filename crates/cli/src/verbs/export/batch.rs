@@ -26,7 +26,7 @@ const SHAPES_PER_THREAD: usize = 16;
 /// The files of a shape: paths below the export, and bytes.
 pub(super) type Files = Vec<(PathBuf, Vec<u8>)>;
 
-/// What every export needs beside its shapes.
+/// What every export needs apart from its shapes.
 pub(super) struct Batch<'a> {
     pub(super) folder: &'a ExportFolder,
     pub(super) interrupt: &'a Interrupt,

@@ -105,7 +105,7 @@ struct PartEntry {
     n_triangles: usize,
 }
 
-/// The labels that faces have, in order; faces without one (−1) are no part.
+/// The labels that faces have, in order; faces without one (−1) do not make a part.
 fn part_entries(carrier: &Carrier, numbers: &[i32]) -> Vec<PartEntry> {
     let mut faces_of: BTreeMap<i32, Vec<usize>> = BTreeMap::new();
     for (face, &number) in numbers

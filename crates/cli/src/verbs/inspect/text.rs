@@ -50,11 +50,17 @@ impl fmt::Display for InspectReport {
             }
         )?;
         for loss in self.lost.iter().take(MAX_ROWS) {
-            writeln!(f, "  {} #{}: {}", loss.kind, loss.step_id, loss.reason)?;
+            match loss.step_id {
+                0 => writeln!(f, "  {}", loss.reason)?,
+                id => writeln!(f, "  {} #{id}: {}", loss.kind, loss.reason)?,
+            }
         }
         write_rest(f, self.lost.len())?;
         for note in self.notes.iter().take(MAX_ROWS) {
-            writeln!(f, "note: #{}: {}", note.step_id, note.text)?;
+            match note.step_id {
+                0 => writeln!(f, "note: {}", note.text)?,
+                id => writeln!(f, "note: #{id}: {}", note.text)?,
+            }
         }
         write_rest(f, self.notes.len())?;
         write!(

@@ -3,6 +3,7 @@
 use super::given::GivenReport;
 use super::report::{InspectReport, Timings};
 use crate::config::{self, LabelConfig};
+use crate::given_path::ensure_exists;
 use crate::interrupt;
 use crate::label::{given_carrier, step_text};
 use crate::standard_input::{STDIN_NAME, StandardInput, is_standard_input};
@@ -64,7 +65,7 @@ pub(crate) fn inspect(args: &InspectArgs) -> Result<()> {
 /// Refuses what `inspect` does not read, before anything is read.
 fn check_file(file: &Path) -> Result<()> {
     let name = file.display();
-    ensure!(file.exists(), UsageError(format!("{name} does not exist")));
+    ensure_exists(file)?;
     ensure!(
         !file.is_dir(),
         UsageError(format!(

@@ -1,6 +1,6 @@
 //! Reads the file of one shape: reference labels, and predicted clusters or embeddings of the same points.
 
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Context, Result, anyhow, bail, ensure};
 use partprobe_eval::{PointEmbeddings, near_boundary};
 use partprobe_formats::{Array, Values, arrays_from_npz};
 
@@ -25,7 +25,7 @@ impl ShapeFile {
         let reference = members.array("reference").with_context(|| {
             let found: Vec<&str> = members.names().collect();
             format!(
-                "there is no member `reference`; there are {}",
+                "there is no member `reference`; the members are {}",
                 found.join(", ")
             )
         })?;
@@ -82,7 +82,9 @@ fn labels(array: &Array) -> Result<Vec<i32>> {
     );
     let narrowed = |values: Vec<i128>| -> Result<Vec<i32>> {
         let label = |value: i128| {
-            i32::try_from(value).with_context(|| format!("{value} is no number of 32 bits"))
+            i32::try_from(value).map_err(|_| {
+                anyhow!("the label {value} is out of range; labels are whole numbers of 32 bits")
+            })
         };
         values.into_iter().map(label).collect()
     };
@@ -169,7 +171,7 @@ mod tests {
         let cases: [(&[(&str, Array)], &str); 6] = [
             (
                 &[("labels", vector(2))],
-                "there is no member `reference`; there are format_version, labels",
+                "there is no member `reference`; the members are format_version, labels",
             ),
             (&[("reference", vector(2))], "neither a member `predicted`"),
             (

@@ -111,8 +111,11 @@ pub(crate) fn score(args: &ScoreArgs) -> Result<ExitCode> {
     }
     ensure!(
         !rows.is_empty(),
-        "none of the {} could be scored",
-        counted(files.len(), "file", "files")
+        "{}",
+        match files.len() {
+            1 => "the file could not be scored".to_owned(),
+            n => format!("none of the {n} files could be scored"),
+        }
     );
 
     let tables = tables(&rows, &args.table_settings(&rows));

@@ -5,6 +5,7 @@ use super::mine::Mine;
 use super::sentence::{Finding, error_rate};
 use crate::MISSED_BOUND;
 use crate::config::{LoadedConfig, load};
+use crate::given_path::ensure_exists;
 use crate::run::{
     Execution, ExecutionArgs, Run, RunFolder, TrainingArgs, named_sources, remember_data, today,
     verdict_settings, with_data,
@@ -12,7 +13,7 @@ use crate::run::{
 use crate::stdout::{print_line, print_result};
 use crate::usage::{UsageError, as_usage_error};
 use crate::verbs::run::labeled_into;
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Context, Result, ensure};
 use partprobe_dataset::{Dataset, json_document};
 use partprobe_eval::{FalseAlarms, Look, ScoreRow, Verdict, VerdictSettings, look};
 use serde::Serialize;
@@ -132,9 +133,7 @@ fn labeled(args: &VerdictArgs, root: &Path, execution: &Execution) -> Result<Dat
     {
         return Ok(Dataset::open(path)?);
     }
-    if let Some(path) = args.data.iter().find(|path| !path.exists()) {
-        bail!(UsageError(format!("{} does not exist", path.display())));
-    }
+    args.data.iter().try_for_each(|path| ensure_exists(path))?;
     let config = load("verdict", &[])?.config;
     labeled_into(&root.join("data"), &args.data, &config, execution)
 }

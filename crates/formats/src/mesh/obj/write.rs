@@ -28,7 +28,7 @@ pub fn mesh_to_obj(mesh: &LabeledMesh) -> String {
     text
 }
 
-/// One integer a line: the `.seg` and `.fidx` files beside a mesh.
+/// One integer per line: the `.seg` and `.fidx` files of a mesh.
 #[must_use]
 pub fn integer_lines<T: ToString>(values: &[T]) -> String {
     values

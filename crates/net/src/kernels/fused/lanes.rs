@@ -1,6 +1,6 @@
 //! Computes with rows in lanes: sums, and the exponential.
 //!
-//! Sums run in 16 lanes whatever the processor has, and products are fused wherever they are written so, so that the
+//! Sums run in 16 lanes on every processor, and products are fused wherever they are written so, so that the
 //! width of its vectors does not reach the result.
 
 /// Accumulators of a sum, and columns of a tile.

@@ -1,0 +1,40 @@
+//! Marks settings that the user gave by a flag of their own, so that a message about such a setting names the flag.
+
+use std::fmt::Display;
+
+/// Separates the assignment from the flag. Neither of them contains this character.
+const MARK: char = '\u{1f}';
+
+/// The override `assignment`, which the user wrote as `flag`.
+pub(crate) fn by_flag(flag: &str, assignment: impl Display) -> String {
+    format!("{assignment}{MARK}{flag}")
+}
+
+/// An override without its flag.
+pub(super) fn without_flag(assignment: &str) -> &str {
+    assignment
+        .split_once(MARK)
+        .map_or(assignment, |(assignment, _)| assignment)
+}
+
+/// How the user wrote an override: the name of the flag, or `--set` with the assignment.
+pub(super) fn as_written(assignment: &str) -> String {
+    match assignment.split_once(MARK) {
+        Some((_, flag)) => flag.to_owned(),
+        None => format!("--set {assignment}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_override_is_named_as_the_user_wrote_it() {
+        let by_flag = by_flag("--layers", "label.layers=[]");
+        assert_eq!(as_written(&by_flag), "--layers");
+        assert_eq!(without_flag(&by_flag), "label.layers=[]");
+        assert_eq!(as_written("a.b=1"), "--set a.b=1");
+        assert_eq!(without_flag("a.b=1"), "a.b=1");
+    }
+}

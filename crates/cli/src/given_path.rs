@@ -1,0 +1,34 @@
+//! Refuses a path of the command line that does not exist, or that the system does not let the program look at.
+
+use crate::usage::UsageError;
+use std::path::Path;
+
+/// Checks that a path exists.
+///
+/// # Errors
+/// If it does not exist, or if the system cannot tell, for example without the permission to search a folder above it. The
+/// message then holds the error of the system.
+pub(crate) fn ensure_exists(path: &Path) -> Result<(), UsageError> {
+    let name = path.display();
+    match path.try_exists() {
+        Ok(true) => Ok(()),
+        Ok(false) => Err(UsageError(format!("{name} does not exist"))),
+        Err(error) => Err(UsageError(format!("{name}: {error}"))),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_missing_path_is_told_from_one_that_cannot_be_looked_at() {
+        let folder = tempfile::tempdir().unwrap();
+        let reason = |name: &str| ensure_exists(&folder.path().join(name)).unwrap_err().0;
+        assert_eq!(ensure_exists(folder.path()), Ok(()));
+        assert!(reason("gone").ends_with("gone does not exist"));
+        // The system refuses a name of this length, as it refuses a folder without permission.
+        let long = reason(&"x".repeat(4000));
+        assert!(!long.contains("does not exist"), "{long}");
+    }
+}
