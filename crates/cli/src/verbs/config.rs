@@ -2,6 +2,7 @@
 
 use crate::config::{Config, load, shipped, shipped_descriptions};
 use crate::markdown_table::{Alignment, markdown_table};
+#[cfg(feature = "train")]
 use crate::run::checked_expectations;
 use crate::stdout::{print_line, print_result, print_tables};
 use crate::usage::as_usage_error;
@@ -82,6 +83,7 @@ fn ensure_known_names(config: &Config) -> Result<()> {
             source_named(&name)?;
         }
     }
+    #[cfg(feature = "train")]
     checked_expectations(config)?;
     Ok(())
 }
