@@ -299,7 +299,16 @@ mod tests {
 
     #[test]
     fn keys_are_found_on_their_lines() {
-        let text = "base = \"base\"\n\n[train]\nsteps = 3\nrate = { a = 1,\n b = 2 }\n[net.backbone]\n  depth = 1\n";
+        let text = "base = \"base\"\n\n[train]\nsteps = 3\nrate = { a = 1,\n b = 2 }\n[net.backbone]\n  depth = 1\npreset = \"huge\"\n";
+        let unknown = "unknown variant `huge`, expected one of `depth`";
+        for (path, message, line) in [
+            ("net.backbone", "type `x` has no key `preset`", Some(9)),
+            ("net.backbone", unknown, Some(9)),
+            ("net.backbone", "is wrong", Some(7)),
+        ] {
+            let path: Vec<&str> = path.split('.').collect();
+            assert_eq!(line_of(&path, message, text), line, "{message}");
+        }
         for (path, line) in [
             ("base", Some(1)),
             ("train", Some(3)),
@@ -310,7 +319,7 @@ mod tests {
             ("train.steps.x", None),
         ] {
             assert_eq!(
-                line_of(&path.split('.').collect::<Vec<_>>(), text),
+                line_of(&path.split('.').collect::<Vec<_>>(), "", text),
                 line,
                 "{path}"
             );
