@@ -4,7 +4,7 @@ In: the program, a data set that `partprobe label` made, a folder for the runs; 
 trained again. Each row is one run of the config `hour` with another backbone. `partprobe bench step` measures the CPU seconds of
 an update, and the number of updates is what fits into the minutes.
 Out: Markdown on stdout. The scores are means over the test shapes with 2 to 19 parts, against STEP-Parts.
-Run it by `just study backbones DATASET`.
+Run it by `just study backbones FOLDER…`, which labels first.
 """
 
 import argparse
