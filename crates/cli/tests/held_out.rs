@@ -652,7 +652,7 @@ fn a_run_is_repeated_from_its_folder() {
     fixture.check(
         &["rerun", "run", "--set", "train.steps=3"],
         2,
-        "--set would make another run",
+        "--set and --init would make another run",
     );
     fixture.check(&["rerun", "data"], 2, "only a finished run can be compared");
 }

@@ -282,8 +282,8 @@ fn step_files_meshes_and_clouds_are_prepared_as_the_training_was() {
         ),
         (
             &["predict", "nowhere", step, "--out", "x"],
-            1,
-            "nowhere is not a run folder",
+            2,
+            "nowhere is not a folder",
         ),
     ] {
         let output = fixture.program(arguments);
@@ -380,7 +380,10 @@ fn a_library_finds_its_own_shapes_and_knows_its_backbone() {
     assert_code(&again, 0);
     assert_eq!(String::from_utf8(again.stdout).unwrap().lines().count(), 1);
     assert_eq!(contents(&fixture.path("library")), before);
-    assert_code(&embed("shapes", "library", &[]), 1);
+    let full = embed("shapes", "library", &[]);
+    assert_code(&full, 2);
+    let told = String::from_utf8_lossy(&full.stderr);
+    assert!(told.contains("library is not empty"), "{told}");
 
     let step = fs::read_dir(fixture.path("first/data/step"))
         .unwrap()
@@ -446,7 +449,7 @@ fn a_library_finds_its_own_shapes_and_knows_its_backbone() {
         (&["nearest", "moved", &step], 2, "moved has no embed.json"),
         (
             &[
-                "embed", "moved", &step, "--form", "points", "--out", "library",
+                "embed", "moved", &step, "--form", "points", "--out", "library", "--resume",
             ],
             2,
             "has embeddings of another backbone, form or setting",

@@ -124,7 +124,7 @@ fn threads_and_resuming_leave_every_byte_alone() {
 
     // What a killed run leaves: a checkpoint before the end, no weights, no scores.
     let (_, output) = run_tiny(folder.path(), "two", &["--jobs", "2"]);
-    assert_code(&output, 1);
+    assert_code(&output, 2);
     for lost in [
         "checkpoints/normal-kmeans-20-0/model.safetensors",
         "scores.jsonl",

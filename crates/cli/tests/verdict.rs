@@ -70,7 +70,7 @@ fn a_verdict_is_a_sentence_with_its_evidence_and_can_be_resumed() {
     assert!((1..=3).contains(&looks.len()));
     assert_eq!(looks[0]["difference"]["n_seeds"], 1);
 
-    check(root.path(), &args, 2, "has a verdict already");
+    check(root.path(), &args, 2, "holds a verdict that was started");
     args.push("--resume");
     let again = check(root.path(), &args, 0, "");
     assert!(

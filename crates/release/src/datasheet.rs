@@ -236,6 +236,15 @@ mod tests {
             ..manifest
         };
         let text = datasheet(&anonymous, &DatasheetFacts::default());
-        assert!(text.contains("No name of a file") && text.contains("Every file"));
+        assert!(text.contains("No name of a file"), "{text}");
+        // Two shapes are left out, so not every file has labels.
+        assert!(!text.contains("Every file"), "{text}");
+        let mut complete = anonymous;
+        complete.counts.left_out.clear();
+        let text = datasheet(&complete, &DatasheetFacts::default());
+        assert!(
+            text.contains("Every file that was given has labels"),
+            "{text}"
+        );
     }
 }

@@ -44,7 +44,9 @@ fn compared(rows: &[ScoreRow]) -> Tables {
     let settings = TableSettings {
         bin_reference: "step-parts".to_owned(),
         clusterer: "k-means".to_owned(),
-        compared: vec![["step-parts".to_owned(), "other".to_owned()]],
+        compared: ["other", "step-flipped-20", "step-flipped-40"]
+            .map(|other| ["step-parts".to_owned(), other.to_owned()])
+            .to_vec(),
         primary: Vec::new(),
         seed_deviation: None,
         footer: Vec::new(),
@@ -174,7 +176,7 @@ fn the_answer_has_its_interval_and_its_power() {
         "is +0.200 [+0.200, +0.200] over 12 test shapes, scored against step-parts",
         "12 shapes in 12 groups of related shapes",
         "The reference is one of the two",
-        "other scores as step-parts with 30 % of its faces flipped.",
+        "other scores as step-parts with 30 (30 to 30) % of its faces given to another part.",
         "merged into part 0 plane",
     ] {
         assert!(page.contains(told), "{told}");

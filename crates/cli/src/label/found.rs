@@ -18,6 +18,9 @@ pub(super) struct Found {
     pub(super) n_files: Option<u64>,
 }
 
+/// The ending of rows of numbers, and of any other text: such a file is seldom a cloud.
+const TEXT: &str = ".txt";
+
 impl Found {
     /// Whether it is a STEP file or an archive. A name that says mesh or cloud is neither.
     pub(super) fn is_of_step(&self) -> bool {
@@ -36,6 +39,7 @@ impl Found {
         if let FoundItem::Unread(problem) = &mut self.what
             && self.n_files.is_some()
             && is_given_name(&name)
+            && !name.ends_with(TEXT)
         {
             problem.reason.push_str(
                 ": meshes and point clouds are not read next to STEP files; label them in a call of their own",

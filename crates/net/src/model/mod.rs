@@ -16,7 +16,7 @@ pub(crate) mod weights;
 
 use crate::config::{Backend, ConfigError};
 use crate::data::tokens::Tokens;
-use crate::kernels::one_thread::{ThreadError, one_thread_pool};
+use crate::kernels::one_thread::{ThreadError, on_one_thread};
 use crate::model::backbones::ShapeInput;
 use crate::model::forward_mode::ForwardMode;
 use crate::model::net_config::NetConfig;
@@ -169,7 +169,7 @@ impl Model {
     /// # Errors
     /// If no thread can be started, or the weights make numbers that are not finite.
     pub fn embed_prepared(&self, tokens: &PreparedTokens) -> Result<Embeddings, EmbedError> {
-        let raw = one_thread_pool()?.install(|| self.forward(&tokens.0));
+        let raw = on_one_thread(|| self.forward(&tokens.0))?;
         let unit = unit_rows(raw, self.config.embedding_dim);
         if unit.iter().any(|x| !x.is_finite()) {
             return Err(EmbedError::NotFinite);

@@ -7,7 +7,7 @@
 mod vectors;
 
 use crate::data::tokens::Tokens;
-use crate::kernels::one_thread::one_thread_pool;
+use crate::kernels::one_thread::on_one_thread;
 use crate::model::backbones::{ShapeInput, features};
 use crate::model::forward_mode::ForwardMode;
 use crate::model::net_config::NetConfig;
@@ -58,7 +58,7 @@ impl Model {
     /// # Errors
     /// If the network's numbers are not finite, or no thread can be started.
     pub fn parity_case(&self, shapes: &[Tokens]) -> Result<Vec<u8>, ParityError> {
-        let mut tensors = one_thread_pool()?.install(|| self.pass_tensors(shapes));
+        let mut tensors = on_one_thread(|| self.pass_tensors(shapes))?;
         for (idx, tokens) in shapes.iter().enumerate() {
             let embedding = self.embed(tokens)?;
             tensors.extend(token_tensors(&format!("shapes.{idx}."), tokens));
