@@ -117,7 +117,10 @@ impl fmt::Display for DosePlacement {
             None => format!("more than {:.0}", self.largest_dose),
         };
         write!(f, "scores as `{UNDAMAGED}` with {}", dose(self.dose))?;
-        if let Some([low, high]) = self.interval {
+        // All of it beyond the largest dose is said once.
+        if let Some([low, high]) = self.interval
+            && low.or(high).or(self.dose).is_some()
+        {
             write!(f, " ({} to {})", dose(low), dose(high))?;
         }
         write!(f, " {}", self.kind.unit)
