@@ -10,9 +10,10 @@ Run it by `just study backbones FOLDER…`, which labels first.
 import argparse
 import json
 import pathlib
-import statistics
 import subprocess
 import sys
+
+from learning import spread, test_scores
 
 ROWS = (
     ("ptv3", "micro"),
@@ -73,19 +74,6 @@ def ends(out):
     """The last line of each training in the log."""
     lines = (json.loads(line) for line in (out / "log.jsonl").read_text().splitlines())
     return [line for line in lines if line["event"] == "end"]
-
-
-def test_scores(out, supervision, clusterer, metric):
-    """Of each seed, the mean of a metric against STEP-Parts over the test shapes with 2 to 19 parts."""
-    rows = [json.loads(line) for line in (out / "scores.jsonl").read_text().splitlines()]
-    wanted = {"supervision": supervision, "reference": SOURCE, "clusterer": clusterer}
-    rows = [row for row in rows if all(row[key] == value for key, value in wanted.items()) and 2 <= row["k"] <= 19]
-    return [statistics.mean(row[metric] for row in rows if row["seed"] == seed) for seed in sorted({row["seed"] for row in rows})]
-
-
-def spread(values):
-    deviation = f" ± {statistics.stdev(values):.3f}" if len(values) > 1 else ""
-    return f"{statistics.mean(values):.3f}{deviation}"
 
 
 def scores(out, supervision):
