@@ -437,7 +437,7 @@ fn a_library_finds_its_own_shapes_and_knows_its_backbone() {
     for (arguments, code, error) in [
         (
             &["nearest", "library", &step][..],
-            1,
+            2,
             "say with --model where it is now",
         ),
         (&["nearest", "library", &step, "--model", "moved"], 0, ""),
