@@ -114,10 +114,9 @@ def check_case(path):
     for idx, rows in enumerate(unit.split(sizes)):
         differences[f"shapes.{idx}.embedding"] = relative(rows, tensors[f"shapes.{idx}.embedding"])
     worst = max(differences, key=differences.get)
-    print(
-        f"{Path(path).stem}: {sum(p.numel() for p in network.parameters())} parameters, tokens {sizes}, "
-        f"{len(differences)} tensors, worst {differences[worst]:.1e} ({worst})"
-    )
+    n_parameters = f"{sum(p.numel() for p in network.parameters()):,}".replace(",", " ")
+    tokens = " + ".join(map(str, sizes))
+    print(f"| `{Path(path).stem}` | {n_parameters} | {tokens} | {len(differences)} | {differences[worst]:.1e} | `{worst}` |", flush=True)
     return differences[worst]
 
 
@@ -314,6 +313,7 @@ def main():
     if args.verb == "vectors":
         write_vectors(args.file)
         return 0
+    print("| case | parameters | tokens | tensors | difference | of |\n|---|---:|---:|---:|---:|---|", flush=True)
     worst = run(args.program, args.work) if args.verb == "run" else max(map(check_case, args.cases))
     return int(worst > NETWORK_TOLERANCE)
 
