@@ -2,7 +2,6 @@
 
 use super::damaged_json::damaged_json;
 use super::longer::{ensure_longer, is_of_length};
-use super::split_file;
 use crate::config::{Config, differences, listed};
 use crate::usage::UsageError;
 use anyhow::{Context, Result, bail, ensure};
@@ -15,6 +14,8 @@ use std::path::{Path, PathBuf};
 
 /// The file that a program holds locked while it works in the folder; the lock goes with the program.
 const LOCK_FILE: &str = ".lock";
+/// What a run has in its folder before its first result: its config, its facts, and the shapes that it labeled.
+const PREPARED: [&str; 4] = [LOCK_FILE, "config.toml", "run.json", "data"];
 /// What an evaluation writes at its end. A folder that has the last of them is complete.
 const RESULTS: [&str; 6] = [
     "scores.jsonl",
@@ -52,7 +53,7 @@ impl RunFolder {
             }
         }
         ensure!(
-            resume || is_same_call(root, merged_config),
+            resume || is_same_call(root, merged_config)?,
             UsageError(format!(
                 "{} is not empty; resume the run in it with --resume, or choose another --out",
                 root.display()
@@ -235,24 +236,24 @@ impl RunFolder {
     }
 }
 
-/// Whether a folder holds a run with this config that ended before its shapes were dealt to the sides, for example because a
-/// file was missing: then nothing of it is lost if the same call starts again.
-fn is_same_call(root: &Path, merged_config: &str) -> bool {
+/// Whether a folder holds a run with this config that ended before its first result, for example because a file was missing:
+/// then nothing of it is lost if the same call starts again.
+fn is_same_call(root: &Path, merged_config: &str) -> Result<bool> {
     let stored = fs::read_to_string(root.join("config.toml"));
-    stored.is_ok_and(|stored| stored == merged_config) && !root.join(split_file::FILE).exists()
+    let is_same = stored.is_ok_and(|stored| stored == merged_config);
+    Ok(is_same && !holds_more_than(root, &PREPARED)?)
 }
 
 /// Whether a folder holds anything but a lock.
 fn is_used(root: &Path) -> Result<bool> {
-    if !root.is_dir() {
-        return Ok(false);
-    }
-    for entry in fs::read_dir(root).with_context(|| format!("reading {}", root.display()))? {
-        if entry
-            .with_context(|| format!("reading {}", root.display()))?
-            .file_name()
-            != LOCK_FILE
-        {
+    Ok(root.is_dir() && holds_more_than(root, &[LOCK_FILE])?)
+}
+
+fn holds_more_than(root: &Path, names: &[&str]) -> Result<bool> {
+    let context = || format!("reading {}", root.display());
+    for entry in fs::read_dir(root).with_context(context)? {
+        let name = entry.with_context(context)?.file_name();
+        if !names.iter().any(|known| name == *known) {
             return Ok(true);
         }
     }
@@ -296,15 +297,15 @@ mod tests {
         assert!(RunFolder::open(&root, &config, true).is_ok());
         assert!(
             RunFolder::open(&root, &config, false).is_ok(),
-            "nothing is lost if a call starts again that ended before its split"
+            "nothing is lost if a call starts again that ended before its first result"
         );
-        fs::write(root.join("split.json"), "{}").unwrap();
-        assert!(
-            RunFolder::open(&root, &config, false)
-                .unwrap_err()
-                .to_string()
-                .contains("--resume")
-        );
+        // A split, trainings without their split, and the fits of an implicit probe, which has no split.
+        for result in ["split.json", "checkpoints", "fits"] {
+            fs::create_dir(root.join(result)).unwrap();
+            let told = RunFolder::open(&root, &config, false).unwrap_err();
+            assert!(told.to_string().contains("--resume"), "{result}: {told}");
+            fs::remove_dir(root.join(result)).unwrap();
+        }
 
         // What a program leaves that was killed before its first file.
         let killed = parent.path().join("killed");

@@ -20,7 +20,7 @@ use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
 
 /// The file's name in the run folder.
-pub(super) const FILE: &str = "split.json";
+const FILE: &str = "split.json";
 /// Version 1 said neither by which settings nor from which carriers a split was made. Version 2 grouped shapes that are related, and
 /// did not remove those that are nearly equal.
 const FORMAT_VERSION: u32 = 3;

@@ -336,9 +336,13 @@ impl<'a> Session<'a> {
     }
 }
 
-/// Refuses data that no look could decide, before any training, and takes the run folder away.
+/// Refuses data that no look could decide, before any training, and takes the run folder away if nothing was trained in it.
 fn ensure_enough_groups(run: &Run<'_>, folder: &Path) -> Result<()> {
     if let Err(few) = run.ensure_test_groups() {
+        // A verdict of an earlier version trained first, and its weights are not ours to remove.
+        if folder.join("checkpoints").exists() {
+            return Err(few);
+        }
         fs::remove_dir_all(folder).with_context(|| format!("removing {}", folder.display()))?;
         return Err(few);
     }
