@@ -78,8 +78,8 @@ pub use score_row::ScoreRow;
 pub use scores::{ShapeScores, clusters_of_labels, score_clusters};
 pub use split::{
     DistinctShapes, Duplicate, Manifest, ManifestError, ManifestLine, NearShape, ShapeKey,
-    SideName, Split, SplitCandidate, SplitError, SplitFractions, SplitRule, seeded_rank, split,
-    split_by_manifest,
+    SideName, Split, SplitCandidate, SplitError, SplitFractions, SplitRule, TrainShare,
+    seeded_rank, split, split_by_manifest,
 };
 pub use tables::{
     BinMean, DOSE_KINDS, DifferenceRow, DoseCurve, DoseKind, DosePlacement, DosePoint, Endpoint,

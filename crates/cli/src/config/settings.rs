@@ -173,7 +173,23 @@ pub(crate) struct SplitConfig {
     pub(crate) collection_separator: String,
     pub(crate) near_difference: f64,
     pub(crate) manifest: String,
+    /// Runs that train on all training shapes do not record this key, like those of earlier programs.
+    #[serde(default = "whole", skip_serializing_if = "is_whole")]
+    pub(crate) train_share: f64,
     pub(crate) seed: u64,
+}
+
+/// The share of all training shapes.
+fn whole() -> f64 {
+    1.0
+}
+
+#[expect(
+    clippy::trivially_copy_pass_by_ref,
+    reason = "serde passes a reference"
+)]
+fn is_whole(share: &f64) -> bool {
+    *share >= whole()
 }
 
 /// What is compared.
@@ -430,6 +446,10 @@ impl Config {
         ensure!(
             (shares.iter().sum::<f64>() - 1.0).abs() < 1e-9,
             "split: train, valid and test must add up to 1"
+        );
+        ensure!(
+            0.0 < split.train_share && split.train_share <= 1.0,
+            "split.train_share must be above 0 and at most 1"
         );
         ensure!(
             !compare.supervision.is_empty(),

@@ -17,7 +17,7 @@ use anyhow::{Context, Result, ensure};
 use partprobe_carrier::hexadecimal;
 use partprobe_dataset::Dataset;
 use partprobe_eval::{
-    Duplicate, NearShape, Split, SplitFractions, SplitRule, split, split_by_manifest,
+    Duplicate, NearShape, Split, SplitFractions, SplitRule, TrainShare, split, split_by_manifest,
 };
 use partprobe_net::{TokenConfig, TrainShape};
 use sha2::{Digest, Sha256};
@@ -214,7 +214,8 @@ fn split_anew(
                 selection.leave_out(NOT_IN_MANIFEST, &candidate.id);
             }
             note_absent(&manifest, &keyed, execution);
-            split_by_manifest(&keyed, &manifest)
+            split_by_manifest(&keyed, &manifest, train_share(&config.split))
+                .map_err(|error| UsageError(error.to_string()))?
         }
     };
     for duplicate in &split.duplicates {
@@ -222,6 +223,9 @@ fn split_anew(
     }
     for near in &split.near {
         selection.leave_out(NearShape::REASON, &near.id);
+    }
+    for id in &split.spared {
+        selection.leave_out(TrainShare::REASON, id);
     }
     ensure!(
         !split.train.is_empty(),
@@ -253,9 +257,18 @@ fn split_at_random(shapes: &[Shape], config: &SplitConfig) -> Result<Split> {
             test: config.test,
         },
         near_difference: config.near_difference,
+        train_share: train_share(config),
         seed: config.seed,
     };
     split(&candidates, &rule).map_err(|error| UsageError(error.to_string()).into())
+}
+
+/// How many of the training shapes are trained on.
+fn train_share(config: &SplitConfig) -> TrainShare {
+    TrainShare {
+        share: config.train_share,
+        seed: config.seed,
+    }
 }
 
 /// The test shapes of a run's split with their points and labels; nothing else of the data set is read.

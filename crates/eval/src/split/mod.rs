@@ -12,10 +12,12 @@ mod near;
 mod sides;
 #[cfg(test)]
 mod tests;
+mod train_share;
 
 pub use duplicates::{DistinctShapes, Duplicate};
 pub use manifest::{Manifest, ManifestError, ManifestLine, ShapeKey, SideName};
 pub use near::NearShape;
+pub use train_share::TrainShare;
 
 use collections::collections;
 use duplicates::without_duplicates;
@@ -48,6 +50,8 @@ pub struct SplitRule {
     pub fractions: SplitFractions,
     /// A shape is removed from training if it differs from a held-out shape by at most this; 0 removes none.
     pub near_difference: f64,
+    /// How many of the training shapes are trained on.
+    pub train_share: TrainShare,
     /// Decides which collections are held out.
     pub seed: u64,
 }
@@ -93,6 +97,9 @@ pub struct Split {
     pub duplicates: Vec<Duplicate>,
     /// Shapes that are on no side, because they are nearly equal to a test shape, or to a validation shape.
     pub near: Vec<NearShape>,
+    /// Training shapes that are on no side, because only a share of them is trained on.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub spared: Vec<String>,
     /// For each test shape, the training shape that is most like it.
     pub nearest_training: Vec<NearShape>,
     /// The collection of each shape on a side, named by the first id of it.
@@ -125,6 +132,9 @@ pub enum SplitError {
     /// The difference up to which shapes are nearly equal is negative or not finite.
     #[error("split.near_difference is {0}; it must be 0 or positive")]
     NearDifference(f64),
+    /// The share of the training shapes that are trained on is not positive, or above 1.
+    #[error("split.train_share is {0}; it must be above 0 and at most 1")]
+    TrainShare(f64),
 }
 
 /// Splits the shapes; the order in which they are given does not matter.
@@ -135,7 +145,8 @@ pub enum SplitError {
 /// a held-out one.
 ///
 /// # Errors
-/// If a fraction or the difference is negative or not a number, or no fraction is positive.
+/// If a fraction or the difference is negative or not a number, no fraction is positive, or the share of the training shapes is
+/// not one.
 pub fn split(shapes: &[SplitCandidate], rule: &SplitRule) -> Result<Split, SplitError> {
     let fractions = rule.fractions.normalized()?;
     if !(rule.near_difference >= 0.0 && rule.near_difference.is_finite()) {
@@ -153,12 +164,24 @@ pub fn split(shapes: &[SplitCandidate], rule: &SplitRule) -> Result<Split, Split
         side.sort_by(|a, b| a.id.cmp(&b.id));
     }
     let near = decontaminate(&mut sides, rule.near_difference);
-    Ok(named(&sides, duplicates, near))
+    let spared = rule.train_share.spare(&mut sides[TRAIN])?;
+    Ok(Split {
+        duplicates,
+        near,
+        spared,
+        ..named(&sides)
+    })
 }
 
 /// The split that a manifest says. Shapes that it does not name are on no side.
-#[must_use]
-pub fn split_by_manifest(shapes: &[(ShapeKey, SplitCandidate)], manifest: &Manifest) -> Split {
+///
+/// # Errors
+/// If the share of the training shapes is not one.
+pub fn split_by_manifest(
+    shapes: &[(ShapeKey, SplitCandidate)],
+    manifest: &Manifest,
+    train_share: TrainShare,
+) -> Result<Split, SplitError> {
     let mut sorted: Vec<(&ShapeKey, &SplitCandidate)> =
         shapes.iter().map(|(key, shape)| (key, shape)).collect();
     sorted.sort_by(|a, b| a.1.id.cmp(&b.1.id));
@@ -177,7 +200,12 @@ pub fn split_by_manifest(shapes: &[(ShapeKey, SplitCandidate)], manifest: &Manif
             sides[side.index()].push(shape);
         }
     }
-    named(&sides, duplicates, Vec::new())
+    let spared = train_share.spare(&mut sides[TRAIN])?;
+    Ok(Split {
+        duplicates,
+        spared,
+        ..named(&sides)
+    })
 }
 
 /// Removes validation shapes that are nearly equal to a test shape, then training shapes that are nearly equal to either.
@@ -193,12 +221,8 @@ fn decontaminate(sides: &mut [Vec<&SplitCandidate>; 3], limit: f64) -> Vec<NearS
     near
 }
 
-/// The split by ids.
-fn named(
-    sides: &[Vec<&SplitCandidate>; 3],
-    duplicates: Vec<Duplicate>,
-    near: Vec<NearShape>,
-) -> Split {
+/// The sides by ids.
+fn named(sides: &[Vec<&SplitCandidate>; 3]) -> Split {
     let ids = |side: usize| sides[side].iter().map(|shape| shape.id.clone()).collect();
     let on_a_side: Vec<&SplitCandidate> = sides.iter().flatten().copied().collect();
     let mut groups = BTreeMap::new();
@@ -220,10 +244,9 @@ fn named(
         train: ids(TRAIN),
         valid: ids(VALID),
         test: ids(TEST),
-        duplicates,
-        near,
         nearest_training: nearest_training.collect(),
         groups,
+        ..Split::default()
     }
 }
 

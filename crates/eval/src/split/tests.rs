@@ -11,6 +11,7 @@ const RULE: SplitRule = SplitRule {
         test: 0.2,
     },
     near_difference: 0.03,
+    train_share: TrainShare::ALL,
     seed: 0,
 };
 
@@ -225,11 +226,47 @@ fn a_manifest_decides_the_sides() {
     let manifest = Manifest::from_json_lines(&text).unwrap();
     assert_eq!(manifest.to_json_lines(), text);
 
-    let found = split_by_manifest(&shapes, &manifest);
+    let found = split_by_manifest(&shapes, &manifest, TrainShare::ALL).unwrap();
     assert_eq!(found.train, ["0", "3"]);
     assert_eq!(found.test, ["1", "4"]);
     assert_eq!(found.valid, ["2"]);
     assert_eq!(found.group_of("5"), None);
+
+    let half = TrainShare {
+        share: 0.5,
+        seed: 0,
+    };
+    let fewer = split_by_manifest(&shapes, &manifest, half).unwrap();
+    assert_eq!((fewer.train.len(), fewer.spared.len()), (1, 1));
+    assert_eq!((fewer.valid, fewer.test), (found.valid, found.test));
+}
+
+#[test]
+fn a_share_of_the_training_shapes_leaves_the_other_sides_alone() {
+    let shapes = unrelated(60);
+    let with = |share| {
+        let rule = SplitRule {
+            train_share: TrainShare { share, seed: 3 },
+            ..RULE
+        };
+        split(&shapes, &rule).unwrap()
+    };
+    let whole = with(1.0);
+    assert!(whole.spared.is_empty());
+
+    let mut larger = whole.clone();
+    for (share, n) in [(0.5, 21), (0.25, 11), (0.001, 1)] {
+        let found = with(share);
+        assert_eq!(found.train.len(), n);
+        assert_eq!((&found.valid, &found.test), (&whole.valid, &whole.test));
+        assert!(found.train.iter().all(|id| larger.train.contains(id)));
+        assert!(found.spared.iter().all(|id| found.group_of(id).is_none()));
+
+        let mut all = [found.train.clone(), found.spared.clone()].concat();
+        all.sort_unstable();
+        assert_eq!(all, whole.train);
+        larger = found;
+    }
 }
 
 #[test]
@@ -290,6 +327,13 @@ fn a_rule_that_divides_nothing_is_refused() {
             ..RULE
         });
         assert!(refused.contains("split.near_difference"), "{refused}");
+    }
+    for share in [0.0, -0.5, 1.01, f64::NAN] {
+        let refused = refusal(SplitRule {
+            train_share: TrainShare { share, seed: 0 },
+            ..RULE
+        });
+        assert!(refused.contains("split.train_share"), "{refused}");
     }
 }
 

@@ -16,7 +16,7 @@ use anyhow::{Result, bail, ensure};
 use partprobe_carrier::{Carrier, Descriptor, Labels, signature_of_carrier};
 use partprobe_dataset::json_document;
 use partprobe_eval::{
-    Duplicate, NearShape, Split, SplitCandidate, SplitFractions, SplitRule, split,
+    Duplicate, NearShape, Split, SplitCandidate, SplitFractions, SplitRule, TrainShare, split,
 };
 use partprobe_formats::{
     POINTCEPT_EXPERIMENTS, pointcept_config, pointcept_experiments, pointcept_files,
@@ -203,6 +203,7 @@ impl SplitShapes {
         let rule = SplitRule {
             fractions: args.split.0,
             near_difference: args.near_difference,
+            train_share: TrainShare::ALL,
             seed: args.seed,
         };
         let split = split(&candidates, &rule).map_err(|error| UsageError(error.to_string()))?;
