@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # Runs the program of an archive in a root that holds nothing else but the C library of this machine: tools/dist/check.sh ARCHIVE
-# It needs unshare and chroot (no rights beyond those of a user), and qemu-aarch64 with the C library of arm64 for an archive of
-# that processor. In the root there is no Rust, no Python and no shell.
+# It needs unshare and chroot (no rights beyond those of a user). In the root there is no Rust, no Python and no shell.
+# An archive for aarch64 needs qemu-aarch64, the C library of arm64, and the emulator's entry in binfmt_misc: the kernel starts the
+# label workers with it. Without that entry the emulated program ends with status 0 as soon as it starts a worker.
 set -euo pipefail
 archive=$(realpath "${1:?the first argument is an archive}")
 root=$(mktemp -d)
@@ -28,12 +29,16 @@ fi
 inside() {
     if [ -n "$sysroot" ]; then
         # The emulator is no part of the root: it runs outside, and shows the program the libraries of the root.
-        (cd "$root" && qemu-aarch64 -L "$root" "$root/partprobe" "$@")
+        (cd "$root" && QEMU_LD_PREFIX="$root" qemu-aarch64 "$root/partprobe" "$@")
     else
         # `/proc` is how a program finds itself to start a worker; containers have it.
         unshare --map-root-user --mount --pid --fork --mount-proc="$root/proc" chroot "$root" /partprobe "$@"
     fi
 }
+if [ -n "$sysroot" ] && [ ! -e /proc/sys/fs/binfmt_misc/qemu-aarch64 ]; then
+    echo "error: the kernel has no entry qemu-aarch64 in /proc/sys/fs/binfmt_misc; mount it, and register the emulator" >&2
+    exit 1
+fi
 inside --version
 inside synth --out tmp/parts -n 20 --seed 3 --quiet
 inside label tmp/parts --out tmp/dataset --quiet
