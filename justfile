@@ -188,9 +188,9 @@ fuzz target seconds:
 truck:
     cargo test --release -p partprobe-truck --features truck
 
-# The wheel of Python, the module and the program, in wheels/ of the target folder; maturin comes from pip.
-wheel:
-    tools/wheel/build.sh
+# The wheel of Python, the module and the program, in wheels/ of the target folder: just wheel [TARGET] (maturin comes from pip)
+wheel target="":
+    tools/wheel/build.sh {{target}}
 
 # Archives of the program for machines without Rust and Python: just dist [--label-only] [TARGET...] (zig comes from pip)
 dist *arguments:
@@ -203,7 +203,7 @@ prove-array out *folders: (_venv "clusters" "hyperqueue")
 
 # examples/ray_label.py on two raylets, one of which is killed: just prove-ray OUT [DIR...] (installs ray; minutes)
 prove-ray out *folders: (_venv "ray" "ray[data] pyarrow") wheel
-    "{{build}}/ray/bin/pip" install --quiet --force-reinstall --no-deps {{build}}/wheels/partprobe-*.whl
+    "{{build}}/ray/bin/pip" install --quiet --force-reinstall --no-deps {{build}}/wheels/partprobe-*_$(uname -m).whl
     "{{build}}/ray/bin/python" tools/clusters/prove_ray.py {{out}} {{folders}}
 
 # The wheel in a fresh environment: tests, examples in docstrings, types, and the notebook.

@@ -1,27 +1,50 @@
 #!/usr/bin/env bash
-# Builds the wheel of Python: the module and the program. It needs Python with venv and pip.
+# Builds the wheel of Python, the module and the program: tools/wheel/build.sh [TARGET]. It needs Python with venv and pip.
+# TARGET is another processor, such as aarch64-unknown-linux-gnu. It needs rustup, and zig as the linker, which pip brings.
 # The wheel is written to wheels/ in the target folder, and its path is printed.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 export CARGO_TARGET_DIR="${CARGO_TARGET_DIR:-$PWD/target}"
 tools="$CARGO_TARGET_DIR/wheel-tools"
 scripts=crates/python/partprobe.data/scripts
+target=${1:-}
+# The C library of 2012, which every system has for which Python publishes wheels.
+oldest=2.17
 
 test -x "$tools/bin/python" || python3 -m venv "$tools"
 "$tools/bin/python" -m pip install --quiet --disable-pip-version-check maturin==1.16.0
+built="$CARGO_TARGET_DIR/release"
+compile=(cargo build)
+for_target=()
+if [ -n "$target" ]; then
+    "$tools/bin/python" -m pip install --quiet --disable-pip-version-check cargo-zigbuild==0.24.1 ziglang==0.17.1
+    rustup target add "$target" >&2
+    export PATH="$tools/bin:$PATH"
+    built="$CARGO_TARGET_DIR/$target/release"
+    compile=(cargo zigbuild --target "$target.$oldest")
+    for_target=(--target "$target" --zig)
+    # The strip of this machine does not know the other processor.
+    export CARGO_PROFILE_RELEASE_STRIP=symbols
+fi
 
 # With `--workspace` the libraries have the features that they have everywhere: maturin finds them compiled.
-cargo build --release --locked --workspace --bin partprobe
+"${compile[@]}" --release --locked --workspace --bin partprobe
 rm -rf "$scripts"
 mkdir -p "$scripts"
-install -m 755 "$CARGO_TARGET_DIR/release/partprobe" "$scripts/partprobe"
-strip "$scripts/partprobe"
+install -m 755 "$built/partprobe" "$scripts/partprobe"
+if [ -z "$target" ]; then strip "$scripts/partprobe"; fi
 
 # The tag of the wheel says which C library it needs at least. maturin looks at the module only, and the program may need a newer one.
-newest=$(objdump -T "$scripts/partprobe" "$CARGO_TARGET_DIR/release/libpartprobe_python.so" |
-    grep -o 'GLIBC_[0-9.]*' | sort -uV | tail -n 1)
-tag="manylinux_${newest#GLIBC_}"
-rm -f "$CARGO_TARGET_DIR"/wheels/partprobe-*.whl
-"$tools/bin/maturin" build --quiet --release --locked --compatibility "${tag//./_}" \
+if [ -z "$target" ]; then
+    newest=$(objdump -T "$scripts/partprobe" "$built/libpartprobe_python.so" |
+        grep -o 'GLIBC_[0-9.]*' | sort -uV | tail -n 1)
+    tag="manylinux_${newest#GLIBC_}"
+else
+    tag="manylinux_$oldest"
+fi
+wheels="partprobe-*_${target%%-*}.whl"
+test -n "$target" || wheels="partprobe-*_$(uname -m).whl"
+find "$CARGO_TARGET_DIR/wheels" -name "$wheels" -delete 2> /dev/null || true
+"$tools/bin/maturin" build --quiet --release --locked --compatibility "${tag//./_}" "${for_target[@]}" \
     --manifest-path crates/python/Cargo.toml --out "$CARGO_TARGET_DIR/wheels"
-ls "$CARGO_TARGET_DIR"/wheels/partprobe-*.whl
+find "$CARGO_TARGET_DIR/wheels" -name "$wheels"

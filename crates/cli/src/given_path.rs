@@ -1,5 +1,6 @@
 //! Refuses a path of the command line that does not exist, or that the system does not let the program look at.
 
+use crate::standard_input::is_standard_input;
 use crate::usage::UsageError;
 use std::path::Path;
 
@@ -12,6 +13,10 @@ pub(crate) fn ensure_exists(path: &Path) -> Result<(), UsageError> {
     let name = path.display();
     match path.try_exists() {
         Ok(true) => Ok(()),
+        Ok(false) if is_standard_input(path) => Err(UsageError(
+            "`-` is the standard input, and this argument is a file or a folder; store it in a file first"
+                .to_owned(),
+        )),
         Ok(false) => Err(UsageError(format!("{name} does not exist"))),
         Err(error) => Err(UsageError(format!("{name}: {error}"))),
     }
@@ -27,6 +32,8 @@ mod tests {
         let reason = |name: &str| ensure_exists(&folder.path().join(name)).unwrap_err().0;
         assert_eq!(ensure_exists(folder.path()), Ok(()));
         assert!(reason("gone").ends_with("gone does not exist"));
+        let dash = ensure_exists(Path::new("-")).unwrap_err().0;
+        assert!(dash.starts_with("`-` is the standard input"), "{dash}");
         // The system refuses a name of this length, as it refuses a folder without permission.
         let long = reason(&"x".repeat(4000));
         assert!(!long.contains("does not exist"), "{long}");

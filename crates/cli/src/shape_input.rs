@@ -46,7 +46,8 @@ pub(crate) struct ShapeArgs {
 /// The same where the command line is full of other names: the paths follow `--data`.
 #[derive(Clone, Debug, clap::Args)]
 pub(crate) struct DataArgs {
-    /// Data sets and carrier files (.npz), or anything that `label` reads: STEP files, folders, lists, archives.
+    /// Data sets and carrier files (.npz), or anything that `label` reads: STEP files, folders, lists, archives; `-` is the standard
+    /// input.
     #[arg(long = "data", value_name = "PATH", num_args = 1..)]
     pub(crate) paths: Vec<PathBuf>,
     /// Threads; as many as there are cores if not given. The result does not depend on it.
@@ -83,9 +84,7 @@ impl DataArgs {
             !self.paths.is_empty(),
             UsageError("give the shapes with --data, for example --data dataset/".to_owned())
         );
-        for path in &self.paths {
-            ensure_exists(path)?;
-        }
+        ensure_all_exist(&self.paths)?;
         Ok(())
     }
 
@@ -150,11 +149,7 @@ impl ShapeArgs {
     /// If a path does not exist, a setting is wrong, or a setting is given where nothing is labeled.
     pub(crate) fn check(&self) -> Result<()> {
         let config = config::load(&self.config, &self.set)?.config;
-        for path in &self.paths {
-            if !is_standard_input(path) {
-                ensure_exists(path)?;
-            }
-        }
+        ensure_all_exist(&self.paths)?;
         let is_idle = self.set.is_empty() && self.config == "base";
         ensure!(
             is_idle
@@ -229,6 +224,12 @@ impl ShapeArgs {
         );
         Ok(sources)
     }
+}
+
+/// Checks that each path exists, or is the standard input.
+fn ensure_all_exist(paths: &[PathBuf]) -> Result<(), UsageError> {
+    let mut files = paths.iter().filter(|path| !is_standard_input(path));
+    files.try_for_each(|path| ensure_exists(path))
 }
 
 /// Whether a path is neither a data set nor a carrier file.

@@ -98,14 +98,19 @@ fn a_missed_bound_ends_in_3_and_stands_in_the_report() {
         "holds: scored/reference@k-means.miou >= 0.9",
     );
     check(
-        "miou = \">= 0.9\"",
+        "\"predicted.miou\" = \">= 0.9\"",
         3,
-        "missed: scored/reference.miou >= 0.9 (it is 0.3000)",
+        "missed: scored/reference@predicted.miou >= 0.9 (it is 0.3000)",
     );
     let report = fs::read_to_string(folder.path().join("report.xml")).unwrap();
     assert!(report.contains("tests=\"1\" failures=\"1\""), "{report}");
 
-    check("nothing = \">= 0.9\"", 2, "nothing");
+    check(
+        "miou = \">= 0.9\"",
+        2,
+        "`miou` does not say which column it is about: k-means, predicted",
+    );
+    check("\"k-means.nothing\" = \">= 0.9\"", 2, "nothing");
     check("miou = 0.9", 2, "must be a text such as");
 }
 

@@ -72,6 +72,20 @@ fn a_file_may_come_from_another_program() {
         0,
         "1 shape drawn",
     );
+    check_piped(
+        path,
+        "sample - --out s --format npz --n-points 10",
+        step,
+        0,
+        "1 of 1 shape sampled",
+    );
+    check_piped(
+        path,
+        "sources step-parts brep-face --data -",
+        step,
+        0,
+        "| `step-parts` | 1 |",
+    );
     fs::write(path.join("a.step"), step).unwrap();
     check_piped(path, "label --list - --out l", b"a.step\n", 0, "1 labeled");
 }
@@ -102,6 +116,18 @@ fn what_cannot_be_read_is_named() {
             b"x",
             2,
             "is not the name of a file",
+        ),
+        (
+            "label . --out d --stdin-name a",
+            b"",
+            2,
+            "the standard input, which is not read",
+        ),
+        (
+            "run smoke --data - --out r",
+            b"x",
+            2,
+            "`-` is the standard input, and this argument is a file or a folder",
         ),
     ] {
         check_piped(path, arguments, bytes, code, text);

@@ -191,6 +191,13 @@ fn job(args: &LabelArgs) -> Result<(LabelJob, Option<StandardInput>)> {
                 .to_owned()
         )
     );
+    ensure!(
+        args.stdin_name == STDIN_NAME || args.paths.iter().any(is_dash),
+        UsageError(
+            "--stdin-name names the standard input, which is not read; give `-` as a file"
+                .to_owned()
+        )
+    );
     let config = job_config(args)?;
     let max_bytes = config.label.max_file_mb << 20;
     let (paths, input) = with_standard_input(&args.paths, &args.stdin_name, max_bytes)?;

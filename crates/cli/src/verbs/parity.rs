@@ -32,7 +32,7 @@ pub(crate) struct ParityArgs {
     #[arg(long, value_name = "FILE")]
     weights: Option<PathBuf>,
     /// Seed of the initial weights.
-    #[arg(long, default_value_t = 0)]
+    #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u64,
 }
 

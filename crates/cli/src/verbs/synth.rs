@@ -23,7 +23,7 @@ pub(crate) struct SynthArgs {
     #[arg(short, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=10_000_000))]
     n: Option<u64>,
     /// The seed; the config's synth.seed if not given.
-    #[arg(long)]
+    #[arg(long, value_name = "N")]
     seed: Option<u64>,
     /// Fewest STEP parts of a part.
     #[arg(long)]

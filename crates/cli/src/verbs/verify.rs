@@ -71,9 +71,9 @@ pub(crate) struct VerifyArgs {
     /// Change one setting, for example label.angle_rad=0.1.
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
-    /// Threads; all cores by default.
-    #[arg(long, default_value_t = 0, hide_default_value = true)]
-    jobs: usize,
+    /// Threads; as many as there are cores if not given. The result does not depend on it.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    jobs: Option<u16>,
 }
 
 /// Our side of one file.
@@ -115,7 +115,7 @@ pub(crate) fn verify(args: &VerifyArgs) -> Result<()> {
         .measure_settings();
     let progress = Progress::on_terminal().bar("compare", files.len());
     let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(args.jobs)
+        .num_threads(args.jobs.map_or(0, usize::from))
         .stack_size(STACK_BYTES)
         .build()?;
     let compare_one = |file: &ReferenceFile| {

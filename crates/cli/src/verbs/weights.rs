@@ -60,7 +60,7 @@ struct FromArgs {
     #[arg(long, value_name = "KEY=VALUE", requires = "backbone")]
     set: Vec<String>,
     /// Seed of the head, which PTv3 does not have.
-    #[arg(long, default_value_t = 0)]
+    #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u64,
     /// Declare that these weights have seen none of your shapes. Without it, no training starts from them.
     #[arg(long, requires = "backbone")]

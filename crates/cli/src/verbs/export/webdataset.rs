@@ -53,7 +53,7 @@ pub(crate) struct WebdatasetArgs {
     #[arg(long, default_value_t = 20_000, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
     points: u32,
     /// Decides the points.
-    #[arg(long, default_value_t = 0)]
+    #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u64,
     /// Which normal a point gets; `analytic` needs shapes that were labeled with `--attributes normal`.
     #[arg(long, value_enum, default_value_t = NormalConfig::Triangle)]

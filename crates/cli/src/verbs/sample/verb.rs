@@ -12,6 +12,7 @@ use crate::label_sources::sources_named;
 use crate::output_folder::{ensure_empty, is_output_error, make_folder};
 use crate::points::{DEFAULT_SOURCES, default_sources, labeled_points};
 use crate::progress::Progress;
+use crate::standard_input::{STDIN_NAME, with_standard_input};
 use crate::stderr;
 use crate::stdout::print_line;
 use crate::usage::{UsageError, as_usage_error};
@@ -36,6 +37,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
   partprobe sample dataset/ --out points/ --format npz
   partprobe sample dataset/ --out clouds/ --format ply --n-points 5000 --normals analytic
   partprobe sample parts/ --out points/ --format npz --project --attributes uv,curvature
+  cat part.step | partprobe sample - --out points/ --format npz
   partprobe sample robot.step --out points/ --format npz --instances --project
 
 DATA is a labeled data set, or STEP files, folders or lists, which are then labeled by the config's [label].
@@ -45,7 +47,7 @@ uv f64 (N,2), curvature f32 (N,2), direction f32 (N,2,3). PLY: x y z nx ny nz, r
 the first --source. Analytic normals are interpolated between those of the vertices; they need carriers that were labeled with
 --attributes normal. --project and --attributes ask the true surfaces, which only STEP files hold.")]
 pub(crate) struct SampleArgs {
-    /// A data set, or STEP files, folders, or text files that list paths.
+    /// A data set, or STEP files, folders, or text files that list paths; `-` is the standard input.
     #[arg(required = true, value_name = "DATA")]
     data: Vec<PathBuf>,
     /// The folder to write.
@@ -70,7 +72,7 @@ pub(crate) struct SampleArgs {
     #[arg(long)]
     instances: bool,
     /// The seed; the config's sample.seed if not given.
-    #[arg(long)]
+    #[arg(long, value_name = "N")]
     seed: Option<u64>,
     /// Threads; as many as there are cores if not given. The samples do not depend on it.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
@@ -210,11 +212,14 @@ impl Sampler<'_> {
     }
 
     fn sample_step_files(&self, paths: &[PathBuf]) -> Result<()> {
+        let max_bytes = self.config.label.max_file_mb << 20;
+        // The file of the standard input is there as long as the second value.
+        let (paths, _standard_input) = with_standard_input(paths, STDIN_NAME, max_bytes)?;
         let InputList {
             files,
             unread,
             repeated,
-        } = input_files(paths, &[])?.not_empty()?;
+        } = input_files(&paths, &[])?.not_empty()?;
         warn_of_unread(unread.iter());
         warn_of_repeated(&repeated);
         let n_unprojected = AtomicUsize::new(0);

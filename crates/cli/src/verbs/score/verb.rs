@@ -16,6 +16,7 @@ use partprobe_eval::{
 };
 use rayon::prelude::*;
 use serde::Serialize;
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -38,7 +39,8 @@ Each <id>.npz in the folder is a shape. It holds `reference`, a label per point 
 accuracy; `normals` then tell the two sides of a thin wall apart. Embeddings are clustered into as many clusters as the
 reference has parts. A file that cannot be scored is named, and the others are scored.
 
-A file of bounds has lines such as `miou = \">= 0.5\"` or `\"k-means.accuracy\" = \">= 0.7\"`.
+A file of bounds has lines such as `miou = \">= 0.5\"` or `\"k-means.accuracy\" = \">= 0.7\"`. A bound must name its column, such as
+k-means or predicted, if there are several.
 Exit codes: 0 done, 3 a bound is missed, 1 no bound is missed, but a file could not be scored.")]
 pub(crate) struct ScoreArgs {
     /// The folder with the files.
@@ -51,7 +53,7 @@ pub(crate) struct ScoreArgs {
     #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u16).range(1..))]
     restarts: u16,
     /// k-means: the seed.
-    #[arg(long, value_name = "SEED", default_value_t = 0)]
+    #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u64,
     /// A TOML file with bounds on the scores.
     #[arg(long, value_name = "FILE")]
@@ -89,8 +91,8 @@ struct FailedFile {
 /// # Errors
 /// If the folder holds no files, the bounds cannot be read, or a report cannot be written.
 pub(crate) fn score(args: &ScoreArgs) -> Result<ExitCode> {
-    let expectations = args.expect.as_deref().map(read_expectations).transpose();
-    let expectations = expectations.map_err(as_usage_error)?.unwrap_or_default();
+    let bounds = args.expect.as_deref().map(read_bounds).transpose();
+    let bounds = bounds.map_err(as_usage_error)?.unwrap_or_default();
     let files = npz_files(&args.folder)?;
 
     let scored: Vec<Result<Vec<ScoreRow>>> =
@@ -118,8 +120,12 @@ pub(crate) fn score(args: &ScoreArgs) -> Result<ExitCode> {
         }
     );
 
+    bounds.ensure_clear(&rows)?;
+
     let tables = tables(&rows, &args.table_settings(&rows));
-    let outcomes = expectations.evaluate(&tables, &TrainingFigures::default());
+    let outcomes = bounds
+        .expectations
+        .evaluate(&tables, &TrainingFigures::default());
     let outcomes = outcomes.map_err(|error| as_usage_error(error.into()))?;
     args.print(&tables, &rows, &failed, &outcomes)?;
     Ok(if outcomes.iter().any(|outcome| !outcome.passed) {
@@ -208,7 +214,7 @@ impl ScoreArgs {
         }
     }
 
-    /// The first column is the one that bounds mean if they name none.
+    /// The first column is the one that bounds mean if they name none; then there is no other.
     fn table_settings(&self, rows: &[ScoreRow]) -> TableSettings {
         TableSettings {
             bin_reference: REFERENCE.to_owned(),
@@ -257,16 +263,38 @@ fn npz_files(folder: &Path) -> Result<Vec<PathBuf>> {
     Ok(files)
 }
 
+/// The bounds that scores must keep.
+#[derive(Debug, Default)]
+struct Bounds {
+    expectations: Expectations,
+    /// The keys that name a metric alone.
+    without_column: Vec<String>,
+}
+
+impl Bounds {
+    /// Checks that each bound means one column.
+    fn ensure_clear(&self, rows: &[ScoreRow]) -> Result<(), UsageError> {
+        let columns: BTreeSet<&str> = rows.iter().map(|row| row.clusterer.as_str()).collect();
+        match (self.without_column.first(), columns.first()) {
+            (Some(key), Some(column)) if columns.len() > 1 => Err(UsageError(format!(
+                "the bound `{key}` does not say which column it is about: {}; write `\"{column}.{key}\"`",
+                Vec::from_iter(columns.iter().copied()).join(", ")
+            ))),
+            _ => Ok(()),
+        }
+    }
+}
+
 /// Reads bounds. A key names a metric, `<column>.<metric>`, or a score as `[expect]` in a config names it.
-fn read_expectations(path: &Path) -> Result<Expectations> {
+fn read_bounds(path: &Path) -> Result<Bounds> {
     let text = fs::read_to_string(path).with_context(|| format!("reading {}", path.display()))?;
     let table: toml::Table = toml::from_str(&text).with_context(|| path.display().to_string())?;
-    let bounds = match table.get("expect").and_then(toml::Value::as_table) {
+    let keyed = match table.get("expect").and_then(toml::Value::as_table) {
         Some(inner) => inner.clone(),
         None => table,
     };
     let mut entries = Vec::new();
-    for (key, value) in &bounds {
+    for (key, value) in &keyed {
         let bound = value.as_str().with_context(|| {
             format!(
                 "{}: `{key}` must be a text such as \">= 0.5\"",
@@ -276,7 +304,11 @@ fn read_expectations(path: &Path) -> Result<Expectations> {
         entries.push((full_key(key), bound));
     }
     let entries = entries.iter().map(|(key, bound)| (key.as_str(), *bound));
-    Ok(Expectations::parse(entries)?)
+    let without_column = keyed.keys().filter(|key| !key.contains(['.', '/']));
+    Ok(Bounds {
+        expectations: Expectations::parse(entries)?,
+        without_column: without_column.cloned().collect(),
+    })
 }
 
 fn full_key(key: &str) -> String {
