@@ -45,7 +45,6 @@ ELSEWHERE = {
     "partprobe run hour --data solids": "it trains for an hour; tools/docs/studies.py runs it",
     "partprobe run configs/label-sources.toml": "it trains for an hour and a half; tools/docs/studies.py runs it",
     "partprobe run configs/label-controls.toml": "it trains for hours; tools/docs/studies.py runs it",
-    "just study label-pair": "it trains for hours; tools/docs/studies.py runs it",
     "partprobe label mfcad": "it needs the folders of a study; tools/docs/studies.py runs it",
     "partprobe run configs/field-mfcad.toml": "it needs the labels of a study; tools/docs/studies.py runs it",
     "partprobe run configs/label-field.toml": "it trains for a quarter of an hour; tools/docs/studies.py runs it",
