@@ -10,6 +10,7 @@ that are there already are not made again. Prints Markdown: the tables of the wh
 import argparse
 import json
 import pathlib
+import shutil
 import subprocess
 import sys
 
@@ -82,10 +83,14 @@ class Study:
             self.call("run", CONFIG, *data, settings=(*self.sources[:1], *settings))
         return folder
 
-    def score_endpoints(self, folder):
-        """Scores the backbones of a run under all conditions, unless they have been."""
+    def score_endpoints(self, run):
+        """A copy of a run, whose backbones of three seeds are scored under all conditions."""
+        folder = self.out / "conditions"
+        if not folder.exists():
+            shutil.copytree(run, folder, ignore=shutil.ignore_patterns("predictions", "test", "scores.jsonl", "report.html"))
         if not (folder / "endpoints" / "fusion" / "tables.json").exists():
-            self.call("eval", folder, "--jobs", "1", settings=(*self.sources, endpoints(self.out)))
+            self.call("eval", folder, "--jobs", "1", settings=(*self.sources, SEEDS, endpoints(self.out)))
+        return folder
 
 
 CONFIG = pathlib.Path(__file__).resolve().parents[1] / "configs/label-pair.toml"
@@ -174,7 +179,7 @@ def print_features(folder):
 
 
 def print_primary(folder):
-    """The lines of the primary endpoints and of the home advantage, as the run printed them."""
+    """The primary endpoints and what follows them, as the run printed them."""
     lines = (folder / "tables.md").read_text().splitlines()
     start = next(idx for idx, line in enumerate(lines) if line.startswith("Primary endpoints"))
     print("\n".join(lines[start:]))
@@ -192,12 +197,13 @@ def main():
     study.label()
     whole = study.run("whole", ())
     runs = [study.run(name, settings) for name, settings in CURVE.items()]
-    study.score_endpoints(whole)
+    conditions = study.score_endpoints(whole)
 
     print_curve([*runs, whole])
-    print_endpoints(whole)
-    print_features(whole)
     print_primary(whole)
+    print()
+    print_endpoints(conditions)
+    print_features(conditions)
     return 0
 
 

@@ -72,9 +72,6 @@ def main():
         folder = study.run(f"after-{number}", arguments.solids, AFTER, SEEDS, *init)
         cells = [spread(test_scores(folder, "step-parts", *column)) for column in columns]
         print(f"| {name} | " + " | ".join(cells) + " |", flush=True)
-    folder = study.run("longer", arguments.solids, BEFORE + AFTER, SEEDS)
-    cells = [spread(test_scores(folder, "step-parts", *column)) for column in columns]
-    print(f"| nothing, and {BEFORE + AFTER} updates on the real parts | " + " | ".join(cells) + " |")
 
 
 if __name__ == "__main__":
