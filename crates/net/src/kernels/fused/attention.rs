@@ -23,7 +23,7 @@
 
 use super::lanes::{LANES, copy_row, exp_of_negative, lane_max, lane_sum};
 use super::linear::multiply;
-use super::tile::{Kernel, Panels, ROWS, add_outer_products, vectorised};
+use super::tile::{Kernel, Panels, ROWS, RowPairs, add_outer_products, vectorised};
 use super::{Flexible, flexible, record, slice, tensor_of};
 use crate::data::patches::Patches;
 use burn::tensor::Tensor;
@@ -367,10 +367,24 @@ impl Pullback<'_> {
         multiply(by_mixed, &panels.values, &[], slopes);
         self.slopes_of_rows(queried, head, weights, slopes);
 
-        let by_values = weights.chunks_exact(n_keys).zip(by_mixed.chunks_exact(dim));
-        add_outer_products(by_values, [n_keys, dim], &mut scratch.by_values);
-        let by_keys = slopes.chunks_exact(n_keys).zip(queries.chunks_exact(dim));
-        add_outer_products(by_keys, [n_keys, dim], &mut scratch.by_keys);
+        add_outer_products(
+            RowPairs {
+                a: weights,
+                b: by_mixed,
+                widths: [n_keys, dim],
+            },
+            [n_keys, dim],
+            &mut scratch.by_values,
+        );
+        add_outer_products(
+            RowPairs {
+                a: slopes,
+                b: &queries,
+                widths: [n_keys, dim],
+            },
+            [n_keys, dim],
+            &mut scratch.by_keys,
+        );
 
         multiply(slopes, &panels.key_rows, &[], by_queries);
         for (row, &token) in by_queries.chunks_exact(dim).zip(queried) {

@@ -5,7 +5,7 @@
 use super::lanes::LANES;
 use super::linear::{bias_or_empty, column_sums};
 use super::tile::{
-    Kernel, Lane, OUTER_CHUNK, Panels, ROWS, add, add_outer_products, tile, vectorised,
+    Kernel, Lane, OUTER_CHUNK, Pairs, Panels, ROWS, add, add_outer_products, tile, vectorised,
 };
 use super::{Flexible, flexible, record, slice, tensor_of};
 use crate::data::neighbor_pairs::NeighborPairs;
@@ -144,47 +144,64 @@ impl Kernel for Scatter<'_> {
                 Direction::Forward => (neighbors, tokens),
                 Direction::Backward => (tokens, neighbors),
             };
-            for (columns, panel) in self.panels.iter() {
-                let panel = &panel[offset * depth..][..depth];
-                for (sources, targets) in sources.chunks(ROWS).zip(targets.chunks(ROWS)) {
-                    add_products(
-                        self.x,
-                        sources,
-                        panel,
-                        &columns,
-                        targets,
-                        self.y,
-                        self.panels.n_columns(),
+            for (sources, targets) in sources.chunks(ROWS).zip(targets.chunks(ROWS)) {
+                let rows = source_rows(self.x, sources, depth);
+                for (columns, panel) in self.panels.iter() {
+                    let sums = tile(
+                        rows,
+                        &panel[offset * depth..][..depth],
+                        [[0.0; LANES]; ROWS],
                     );
+                    add_sums(sums, &columns, targets, self.y, self.panels.n_columns());
                 }
             }
         }
     }
 }
 
-/// Up to `ROWS` pairs at once; where there are fewer, the last one is multiplied again and its other products dropped.
+/// The rows of up to `ROWS` sources. If there are fewer, the last one is repeated, and nobody adds its further products.
 #[inline(always)]
-fn add_products(
-    x: &[f32],
-    sources: &[u32],
-    panel: &[Lane],
-    columns: &std::ops::Range<usize>,
-    targets: &[u32],
-    y: &mut [f32],
-    width: usize,
-) {
-    let depth = panel.len();
+fn source_rows<'a>(x: &'a [f32], sources: &[u32], depth: usize) -> [&'a [f32]; ROWS] {
     let mut rows = [&x[..0]; ROWS];
     for (r, row) in rows.iter_mut().enumerate() {
         let source = sources[r.min(sources.len() - 1)];
         *row = &x[source as usize * depth..][..depth];
     }
-    let sums = tile(rows, panel, [[0.0; LANES]; ROWS]);
-    for (lane, &target) in sums.iter().zip(targets) {
-        add(
-            lane,
-            &mut y[target as usize * width..][..width][columns.clone()],
-        );
+    rows
+}
+
+/// Adds each row of sums to the columns of its target.
+///
+/// # Shapes
+/// - targets: at most `ROWS`
+/// - y: `[token, width]`
+#[inline(always)]
+fn add_sums(
+    sums: [Lane; ROWS],
+    columns: &std::ops::Range<usize>,
+    targets: &[u32],
+    y: &mut [f32],
+    width: usize,
+) {
+    match <&[u32; ROWS]>::try_from(targets) {
+        // Loops of constant length: with others, the sums would leave their registers for the stack first.
+        Ok(targets) if columns.len() == LANES => {
+            for r in 0..ROWS {
+                let start = targets[r] as usize * width + columns.start;
+                if let Some(target) = y[start..].first_chunk_mut::<LANES>() {
+                    for c in 0..LANES {
+                        target[c] += sums[r][c];
+                    }
+                }
+            }
+        }
+        _ => {
+            let kept = sums;
+            for (lane, &target) in kept.iter().zip(targets) {
+                let row = &mut y[target as usize * width..][..width];
+                add(lane, &mut row[columns.clone()]);
+            }
+        }
     }
 }
 
@@ -213,18 +230,47 @@ impl Kernel for ByWeight<'_> {
                 .chunks(OUTER_CHUNK)
                 .zip(neighbors.chunks(OUTER_CHUNK))
             {
-                let pairs = neighbors.iter().zip(tokens).map(
-                    #[inline(always)]
-                    |(&neighbor, &token)| {
-                        (
-                            &x[neighbor as usize * dim_in..][..dim_in],
-                            &g[token as usize * dim_out..][..dim_out],
-                        )
-                    },
-                );
-                add_outer_products(pairs, [dim_in, dim_out], sum);
+                let pairs = NeighborRows {
+                    x,
+                    g,
+                    neighbors,
+                    tokens,
+                    dims: self.dims,
+                };
+                add_outer_products(pairs, self.dims, sum);
             }
         }
+    }
+}
+
+/// The row of each neighbor, and the gradient of its token.
+///
+/// # Shapes
+/// - x: `[token, in]`
+/// - g: `[token, out]`
+/// - neighbors and tokens: `[pair]`
+#[derive(Clone, Copy)]
+struct NeighborRows<'a> {
+    x: &'a [f32],
+    g: &'a [f32],
+    neighbors: &'a [u32],
+    tokens: &'a [u32],
+    dims: [usize; 2],
+}
+
+impl Pairs for NeighborRows<'_> {
+    #[inline(always)]
+    fn len(self) -> usize {
+        self.tokens.len()
+    }
+
+    #[inline(always)]
+    fn rows(&self, at: usize) -> (&[f32], &[f32]) {
+        let [dim_in, dim_out] = self.dims;
+        (
+            &self.x[self.neighbors[at] as usize * dim_in..][..dim_in],
+            &self.g[self.tokens[at] as usize * dim_out..][..dim_out],
+        )
     }
 }
 

@@ -2,8 +2,8 @@
 
 use super::lanes::LANES;
 use super::tile::{
-    CHUNK, Kernel, Lane, OUTER_CHUNK, Panels, ROWS, add_outer_products, extend_zeroed, rows_of,
-    store, tile, vectorised,
+    CHUNK, Kernel, Lane, OUTER_CHUNK, Panels, ROWS, RowPairs, add_outer_products, extend_zeroed,
+    rows_of, store_tile, tile, vectorised,
 };
 use super::{Flexible, flexible, record, slice, tensor_of};
 use burn::tensor::Tensor;
@@ -230,9 +230,7 @@ fn rows_of_product<const R: usize>(
     width: usize,
 ) {
     let sums = tile::<R>(rows_of(x, panel.len()), panel, [*start; R]);
-    for (lane, y) in sums.iter().zip(y.chunks_exact_mut(width)) {
-        store(lane, &mut y[columns.clone()]);
-    }
+    store_tile(sums, y, width, columns);
 }
 
 /// `sum += xᵀ g`.
@@ -258,7 +256,11 @@ impl Kernel for OuterProducts<'_> {
             .zip(self.g.chunks(OUTER_CHUNK * n_columns))
         {
             add_outer_products(
-                x.chunks_exact(depth).zip(g.chunks_exact(n_columns)),
+                RowPairs {
+                    a: x,
+                    b: g,
+                    widths: [depth, n_columns],
+                },
                 [depth, n_columns],
                 self.sum,
             );

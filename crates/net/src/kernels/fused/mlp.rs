@@ -6,7 +6,7 @@
 use super::gelu::normal_cdf;
 use super::layer_norm::{self, normalize_rows};
 use super::linear::{add_rows, multiply};
-use super::tile::{CHUNK, Kernel, Panels, add_outer_products, extend_zeroed, vectorised};
+use super::tile::{CHUNK, Kernel, Panels, RowPairs, add_outer_products, extend_zeroed, vectorised};
 use super::{Flexible, flexible, record, slice, tensor_of};
 use burn::tensor::Tensor;
 
@@ -269,14 +269,22 @@ impl BackwardPass<'_> {
         pull_back_gelu(before, after, by_hidden);
         let [by_w2, by_b2] = &mut self.by_out_weights;
         add_outer_products(
-            after.chunks_exact(width).zip(g.chunks_exact(dim_out)),
+            RowPairs {
+                a: after,
+                b: g,
+                widths: [width, dim_out],
+            },
             [width, dim_out],
             by_w2,
         );
         add_rows(g, by_b2);
         let [by_w1, by_b1] = &mut self.by_hidden_weights;
         add_outer_products(
-            normed.chunks_exact(dim).zip(by_hidden.chunks_exact(width)),
+            RowPairs {
+                a: normed,
+                b: by_hidden,
+                widths: [dim, width],
+            },
             [dim, width],
             by_w1,
         );

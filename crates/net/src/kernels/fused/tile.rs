@@ -148,7 +148,7 @@ pub(super) fn tile<const R: usize>(
 
 /// Writes as many numbers as `target` has room for; a whole lane without a call.
 #[inline(always)]
-pub(super) fn store(lane: &Lane, target: &mut [f32]) {
+fn store(lane: &Lane, target: &mut [f32]) {
     match target.first_chunk_mut::<LANES>() {
         Some(target) => *target = *lane,
         None => target
@@ -174,6 +174,35 @@ pub(super) fn add(lane: &Lane, target: &mut [f32]) {
     }
 }
 
+/// Writes R rows of 16 sums to columns of R rows of `y`.
+///
+/// The loops have constant bounds: with others, the sums would leave their registers for the stack first.
+///
+/// # Shapes
+/// - sums: `[R, 16]`
+/// - y: `[R, width]`, of which `columns` are written
+#[inline(always)]
+pub(super) fn store_tile<const R: usize>(
+    sums: [Lane; R],
+    y: &mut [f32],
+    width: usize,
+    columns: &std::ops::Range<usize>,
+) {
+    let y = &mut y[..R * width];
+    if columns.len() == LANES {
+        for r in 0..R {
+            if let Some(target) = y[r * width + columns.start..].first_chunk_mut::<LANES>() {
+                *target = sums[r];
+            }
+        }
+    } else {
+        for r in 0..R {
+            let lane = sums[r];
+            store(&lane, &mut y[r * width..][columns.clone()]);
+        }
+    }
+}
+
 /// Appends `n` zeros and returns them. Room that is cleared just before it is filled is still in the cache then.
 #[inline(always)]
 pub(super) fn extend_zeroed(y: &mut Vec<f32>, n: usize) -> &mut [f32] {
@@ -196,19 +225,53 @@ pub(super) fn rows_of<const R: usize>(x: &[f32], depth: usize) -> [&[f32]; R] {
     rows
 }
 
-/// The sum of the outer products of pairs. Shorter slices are a mistake of the caller.
+/// Pairs of rows, of which the outer products are summed.
+///
+/// An iterator would be called for each pair instead of being inlined, and the sums would leave their registers for the call.
+pub(super) trait Pairs: Copy {
+    /// How many pairs there are.
+    fn len(self) -> usize;
+
+    /// Both rows of a pair. It must be `#[inline(always)]`.
+    fn rows(&self, at: usize) -> (&[f32], &[f32]);
+}
+
+/// The rows of two matrices, side by side.
 ///
 /// # Shapes
-/// - pairs: at least R and 16 numbers
+/// - a: `[row, width of a]`
+/// - b: `[row, width of b]`
+#[derive(Clone, Copy)]
+pub(super) struct RowPairs<'a> {
+    pub(super) a: &'a [f32],
+    pub(super) b: &'a [f32],
+    pub(super) widths: [usize; 2],
+}
+
+impl Pairs for RowPairs<'_> {
+    #[inline(always)]
+    fn len(self) -> usize {
+        self.a.len() / self.widths[0].max(1)
+    }
+
+    #[inline(always)]
+    fn rows(&self, at: usize) -> (&[f32], &[f32]) {
+        let [a, b] = self.widths;
+        (&self.a[at * a..][..a], &self.b[at * b..][..b])
+    }
+}
+
+/// The sum of the outer products of R numbers from `row` on and 16 numbers from `column` on. Shorter rows are a mistake of the caller.
+///
+/// # Shapes
 /// - output: `[R, 16]`
 #[inline(always)]
-fn outer_sum<'a, const R: usize>(pairs: impl Iterator<Item = (&'a [f32], &'a [f32])>) -> [Lane; R] {
+fn outer_sum<const R: usize>(pairs: impl Pairs, [row, column]: [usize; 2]) -> [Lane; R] {
     let mut sums = [[0.0; LANES]; R];
-    for (a, b) in pairs {
-        let Some(b) = b.first_chunk::<LANES>() else {
-            break;
-        };
-        let a = &a[..R];
+    for at in 0..pairs.len() {
+        let (a, b) = pairs.rows(at);
+        let a = &a[row..][..R];
+        let b = &b[column..][..LANES];
         for r in 0..R {
             let a = a[r];
             for c in 0..LANES {
@@ -225,25 +288,27 @@ fn outer_sum<'a, const R: usize>(pairs: impl Iterator<Item = (&'a [f32], &'a [f3
 /// - pairs: `[n_rows]` and `[n_columns]`
 /// - sum: `[n_rows, n_columns]`
 #[inline(always)]
-pub(super) fn add_outer_products<'a, I>(pairs: I, [n_rows, n_columns]: [usize; 2], sum: &mut [f32])
-where
-    I: Iterator<Item = (&'a [f32], &'a [f32])> + Clone,
-{
+pub(super) fn add_outer_products(
+    pairs: impl Pairs,
+    [n_rows, n_columns]: [usize; 2],
+    sum: &mut [f32],
+) {
     let wide = n_columns / LANES * LANES;
     for column in (0..wide).step_by(LANES) {
         let mut row = 0;
         while row + ROWS <= n_rows {
-            row = add_outer_tile::<ROWS>(pairs.clone(), [row, column], n_columns, sum);
+            row = add_outer_tile::<ROWS>(pairs, [row, column], n_columns, sum);
         }
         while row + 2 <= n_rows {
-            row = add_outer_tile::<2>(pairs.clone(), [row, column], n_columns, sum);
+            row = add_outer_tile::<2>(pairs, [row, column], n_columns, sum);
         }
         if row < n_rows {
-            add_outer_tile::<1>(pairs.clone(), [row, column], n_columns, sum);
+            add_outer_tile::<1>(pairs, [row, column], n_columns, sum);
         }
     }
     if wide < n_columns {
-        for (a, b) in pairs {
+        for at in 0..pairs.len() {
+            let (a, b) = pairs.rows(at);
             for (&a, sum) in a[..n_rows].iter().zip(sum.chunks_exact_mut(n_columns)) {
                 for (sum, &b) in sum[wide..].iter_mut().zip(&b[wide..n_columns]) {
                     *sum = a.mul_add(b, *sum);
@@ -255,18 +320,16 @@ where
 
 /// Adds R rows and 16 columns of the sum of outer products. Returns the next row.
 #[inline(always)]
-fn add_outer_tile<'a, const R: usize>(
-    pairs: impl Iterator<Item = (&'a [f32], &'a [f32])>,
+fn add_outer_tile<const R: usize>(
+    pairs: impl Pairs,
     [row, column]: [usize; 2],
     stride: usize,
     sum: &mut [f32],
 ) -> usize {
-    let sums = outer_sum::<R>(pairs.map(
-        #[inline(always)]
-        |(a, b)| (&a[row..], &b[column..]),
-    ));
-    for (lane, sum) in sums.iter().zip(sum[row * stride..].chunks_mut(stride)) {
-        add(lane, &mut sum[column..][..LANES]);
+    let sums = outer_sum::<R>(pairs, [row, column]);
+    let sum = &mut sum[row * stride..][..R * stride];
+    for r in 0..R {
+        add(&sums[r], &mut sum[r * stride + column..][..LANES]);
     }
     row + R
 }
@@ -293,11 +356,12 @@ mod tests {
                 }
             }
             let mut outer = vec![0.25; depth * depth];
-            add_outer_products(
-                self.x.chunks_exact(depth).zip(self.x.chunks_exact(depth)),
-                [depth, depth],
-                &mut outer,
-            );
+            let pairs = RowPairs {
+                a: self.x,
+                b: self.x,
+                widths: [depth, depth],
+            };
+            add_outer_products(pairs, [depth, depth], &mut outer);
             self.sum.append(&mut outer);
         }
     }
