@@ -67,6 +67,18 @@ impl LabelPackage {
         &self.root
     }
 
+    /// Compares all files with the hashes in `release.json`.
+    ///
+    /// # Errors
+    /// If a file is missing, damaged or changed.
+    pub(crate) fn check_files(&self) -> Result<()> {
+        let names = self.manifest.files.keys();
+        for name in names {
+            self.bytes(name)?;
+        }
+        Ok(())
+    }
+
     /// All shapes, without their labels.
     ///
     /// # Errors

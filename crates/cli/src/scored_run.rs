@@ -3,6 +3,8 @@
 use crate::given_path::ensure_exists;
 use anyhow::{Context, Result};
 use partprobe_eval::ScoreRow;
+use serde_json::Value;
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
@@ -12,7 +14,14 @@ pub(crate) struct ScoredRun {
     pub(crate) rows: Vec<ScoreRow>,
     /// The label sources that it was trained on, in the order of its config.
     pub(crate) supervision: Vec<String>,
+    /// The hash of the carrier of each shape, with its labels, and of labels that were imported. Runs of earlier programs have none.
+    pub(crate) shape_hashes: BTreeMap<String, String>,
+    /// The tables of its config that decide how backbones are scored.
+    pub(crate) settings: BTreeMap<&'static str, toml::Value>,
 }
+
+/// The tables that decide how backbones are scored.
+const SCORING_TABLES: [&str; 3] = ["sample", "tokens", "eval"];
 
 impl ScoredRun {
     /// Reads `scores.jsonl` and `config.toml` of a run folder. Its name is that of the folder.
@@ -41,7 +50,12 @@ impl ScoredRun {
             .and_then(toml::Value::as_array)
             .into_iter()
             .flatten();
+        let settings = SCORING_TABLES
+            .into_iter()
+            .filter_map(|name| Some((name, config.get(name)?.clone())));
         Ok(Self {
+            shape_hashes: shape_hashes(path)?,
+            settings: settings.collect(),
             name: path
                 .canonicalize()?
                 .file_name()
@@ -54,4 +68,27 @@ impl ScoredRun {
                 .collect(),
         })
     }
+}
+
+/// What `split.json` says of each shape; nothing if there is no such file.
+fn shape_hashes(run: &Path) -> Result<BTreeMap<String, String>> {
+    let file = run.join("split.json");
+    if !file.exists() {
+        return Ok(BTreeMap::new());
+    }
+    let text = fs::read_to_string(&file).with_context(|| format!("reading {}", file.display()))?;
+    let split: Value = serde_json::from_str(&text).with_context(|| file.display().to_string())?;
+    let shapes = split.get("shapes").and_then(Value::as_object);
+    let hash = |shape: &Value| {
+        let content = shape.get("content_hash")?.as_str()?;
+        let imported = shape
+            .get("imported")
+            .map_or_else(String::new, Value::to_string);
+        Some(format!("{content} {imported}"))
+    };
+    let hashes = shapes
+        .into_iter()
+        .flatten()
+        .filter_map(|(id, shape)| Some((id.clone(), hash(shape)?)));
+    Ok(hashes.collect())
 }

@@ -23,15 +23,16 @@ pub(crate) fn for_each_measured<T: Send>(
 ) -> Result<()> {
     let bar = Progress::on_terminal().bar(verb, shapes.len());
     for chunk in shapes.chunks(at_once) {
-        if interrupt.is_set() {
-            bail!("stopped; nothing was written");
-        }
         let measured = chunk.par_iter().map(|shape| {
-            let found = measure(shape);
+            let found = (!interrupt.is_set()).then(|| measure(shape));
             bar.inc(1);
             found
         });
-        measured.collect::<Vec<T>>().into_iter().for_each(&mut take);
+        let measured: Vec<Option<T>> = measured.collect();
+        if interrupt.is_set() {
+            bail!("stopped; nothing was written");
+        }
+        measured.into_iter().flatten().for_each(&mut take);
     }
     bar.finish_and_clear();
     Ok(())

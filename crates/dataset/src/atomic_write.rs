@@ -49,13 +49,33 @@ pub fn write_atomically_with<E: Into<Box<dyn Error + Send + Sync>>>(
     path: &Path,
     write: impl FnOnce(&mut BufWriter<File>) -> Result<(), E>,
 ) -> Result<(), OutputError> {
-    let unfinished = unfinished_name(path);
-    let written = write_and_rename(&unfinished, path, write);
+    let failed = |source| OutputError::new("writing", path, source);
+    // A link stays one: the file that it leads to is replaced.
+    let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+    if is_special(&target) {
+        return write_through(&target, write).map_err(failed);
+    }
+    let unfinished = unfinished_name(&target);
+    let written = write_and_rename(&unfinished, &target, write);
     if written.is_err() {
         // The first error is the one to report; a file that was never made cannot be removed either.
         let _ = fs::remove_file(&unfinished);
     }
-    written.map_err(|source| OutputError::new("writing", path, source))
+    written.map_err(failed)
+}
+
+/// Whether there is something that is neither a file nor a folder, for example a device or a pipe. A file must not take its place.
+fn is_special(path: &Path) -> bool {
+    fs::metadata(path).is_ok_and(|found| !found.is_file() && !found.is_dir())
+}
+
+fn write_through<E: Into<Box<dyn Error + Send + Sync>>>(
+    path: &Path,
+    write: impl FnOnce(&mut BufWriter<File>) -> Result<(), E>,
+) -> Result<(), Box<dyn Error + Send + Sync>> {
+    let mut file = BufWriter::new(File::options().write(true).open(path)?);
+    write(&mut file).map_err(E::into)?;
+    Ok(file.flush()?)
 }
 
 fn write_and_rename<E: Into<Box<dyn Error + Send + Sync>>>(
@@ -97,5 +117,30 @@ mod tests {
         assert_eq!(fs::read(&path).unwrap(), b"second");
         assert!(write_atomically(&folder.path().join("missing/a.json"), b"").is_err());
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_stays_a_link_and_a_device_a_device() {
+        use std::os::unix::fs::{FileTypeExt, symlink};
+
+        let folder = tempfile::tempdir().unwrap();
+        let (file, link) = (
+            folder.path().join("a.json"),
+            folder.path().join("link.json"),
+        );
+        fs::write(&file, b"first").unwrap();
+        symlink(&file, &link).unwrap();
+        write_atomically(&link, b"second").unwrap();
+        assert!(link.is_symlink());
+        assert_eq!(fs::read(&file).unwrap(), b"second");
+
+        // A link of our own, so that a mistake here does not replace the device itself.
+        let null = folder.path().join("null");
+        symlink("/dev/null", &null).unwrap();
+        assert!(is_special(&null));
+        write_atomically(&null, b"gone").unwrap();
+        let kind = fs::metadata("/dev/null").unwrap().file_type();
+        assert!(kind.is_char_device());
     }
 }

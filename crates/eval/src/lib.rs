@@ -71,7 +71,7 @@ pub use metrics::{
     SPLIT_GTC_ACCURACY, SPLIT_GTC_MIOU,
 };
 pub use oracle_k::{OracleError, OracleScores, TokenizedShape, score_oracle_k};
-pub use paired::Difference;
+pub use paired::{Difference, SIGNIFICANCE};
 pub use point_scores::{PointEmbeddings, PointScores};
 pub use probe::{ProbeScore, ProbeScores, probe};
 pub use score_row::ScoreRow;

@@ -4,13 +4,16 @@
 //! Two things make a difference vary: which shapes are in the test set, and the seeds of the trainings. Both are drawn
 //! with replacement (the crossed bootstrap of Owen 2007, "The pigeonhole bootstrap"), and each draw is divided by its own
 //! standard error (the bootstrap-t of Efron 1981), since a plain bootstrap over few groups gives intervals that are too
-//! narrow.
+//! narrow. The interval is the symmetric one (Hall 1988), so it excludes 0 if and only if p is below 0.05.
 
-use crate::bootstrap::{Bootstrap, GroupSum, Interval, drawn_index, quantile};
+use crate::bootstrap::{Bootstrap, GroupSum, Interval, drawn_index};
 use partprobe_carrier::Rng;
 use serde::Serialize;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
+
+/// A difference with a smaller p-value is more than chance; the intervals are of 1 − this.
+pub const SIGNIFICANCE: f64 = 0.05;
 
 /// A mean paired difference, and how far it may be due to chance.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -89,13 +92,14 @@ pub(crate) fn paired_difference(
         }
     };
     let standard_error = variance.sqrt();
-    let ratios = drawn_ratios(&groups, found.mean, bootstrap, rng);
+    let distances = drawn_distances(&groups, found.mean, bootstrap, rng);
+    let half_width = distance_beyond(&distances, SIGNIFICANCE) * standard_error;
     difference.standard_error = Some(standard_error);
     difference.interval = Some(Interval {
-        low: found.mean - quantile_or(&ratios, 0.975) * standard_error,
-        high: found.mean - quantile_or(&ratios, 0.025) * standard_error,
+        low: found.mean - half_width,
+        high: found.mean + half_width,
     });
-    difference.p = Some(p_value(found.mean, standard_error, &ratios));
+    difference.p = Some(p_value(found.mean, standard_error, &distances));
     Some(difference)
 }
 
@@ -179,14 +183,14 @@ fn sample_variance(values: &[f64]) -> f64 {
 }
 
 /// How far the means of the draws are from the mean of the data, in units of the standard error of the draw, sorted.
-fn drawn_ratios(
+fn drawn_distances(
     groups: &[GroupOfSeeds],
     mean: f64,
     bootstrap: Bootstrap,
     rng: &mut Rng,
 ) -> Vec<f64> {
     let n_seeds = groups[0].len();
-    let mut ratios = Vec::with_capacity(bootstrap.draws);
+    let mut distances = Vec::with_capacity(bootstrap.draws);
     for _ in 0..bootstrap.draws {
         let drawn_groups: Vec<usize> = (0..groups.len())
             .map(|_| drawn_index(groups.len(), rng))
@@ -195,30 +199,40 @@ fn drawn_ratios(
         let Some(drawn) = Moments::of(groups, &drawn_groups, &drawn_seeds) else {
             continue;
         };
-        let ratio = (drawn.mean - mean) / drawn.variance().sqrt();
+        let distance = ((drawn.mean - mean) / drawn.variance().sqrt()).abs();
         // A draw of one group alone has no variance. If all differences are equal, no draw has any.
-        ratios.push(if ratio.is_finite() { ratio } else { 0.0 });
+        distances.push(if distance.is_finite() { distance } else { 0.0 });
     }
-    ratios.sort_by(f64::total_cmp);
-    ratios
+    distances.sort_by(f64::total_cmp);
+    distances
 }
 
-fn quantile_or(sorted: &[f64], fraction: f64) -> f64 {
-    if sorted.is_empty() {
-        return 0.0;
-    }
-    quantile(sorted, fraction)
+/// The distance beyond which [`p_value`] is below the limit, as far as so many draws can show it.
+fn distance_beyond(sorted: &[f64], limit: f64) -> f64 {
+    // With one draw more that is as far away, p would reach the limit.
+    let n_as_far = (limit * (sorted.len() + 1) as f64).ceil() as usize;
+    let n_as_far = n_as_far.saturating_sub(1).max(1);
+    let idx = sorted.len().saturating_sub(n_as_far);
+    sorted.get(idx).copied().unwrap_or(0.0)
 }
 
 /// The fraction of draws that are at least as far from their mean as the mean is from 0, in units of standard errors. It is never 0,
 /// since finitely many draws cannot show that.
-fn p_value(mean: f64, standard_error: f64, ratios: &[f64]) -> f64 {
+fn p_value(mean: f64, standard_error: f64, distances: &[f64]) -> f64 {
     if mean == 0.0 {
         return 1.0;
     }
     let found = (mean / standard_error).abs();
-    let n_further = ratios.iter().filter(|ratio| ratio.abs() >= found).count();
-    (n_further + 1) as f64 / (ratios.len() + 1) as f64
+    let n_further = distances
+        .iter()
+        .filter(|&&distance| distance >= found)
+        .count();
+    (n_further + 1) as f64 / (distances.len() + 1) as f64
+}
+
+/// The least number of draws with which the smallest p-value of `n_tests` tests can be below the limit after Holm's correction.
+pub(crate) fn least_draws(n_tests: usize) -> usize {
+    (n_tests as f64 / SIGNIFICANCE).ceil() as usize
 }
 
 /// Holm's correction (1979): p-values that hold together for all of these tests.
@@ -306,6 +320,36 @@ mod tests {
             .collect();
         assert!(p.iter().filter(|&&p| p < 0.5).count() > 8, "{p:?}");
         assert!(p.iter().filter(|&&p| p < 0.05).count() < 8, "{p:?}");
+    }
+
+    #[test]
+    fn an_interval_excludes_0_if_and_only_if_p_is_small() {
+        let mut rng = keyed_rng(8, &["planted"]);
+        let mut n_found = 0;
+        for draws in [399, 400, 1000] {
+            for _ in 0..40 {
+                let groups = planted(0.03, 15, 3, &mut rng);
+                let bootstrap = Bootstrap { draws, ..BOOTSTRAP };
+                let found = paired_difference(&groups, None, bootstrap, &mut rng).unwrap();
+                let interval = found.interval.unwrap();
+                let excludes = interval.low > 0.0 || interval.high < 0.0;
+                assert_eq!(excludes, found.p.unwrap() < SIGNIFICANCE);
+                n_found += usize::from(excludes);
+            }
+        }
+        assert!((10..110).contains(&n_found), "{n_found}");
+    }
+
+    #[test]
+    fn enough_draws_let_one_of_many_tests_be_found() {
+        for n_tests in [1, 20, 598] {
+            let draws = least_draws(n_tests);
+            let mut p = vec![1.0; n_tests];
+            p[0] = 1.0 / (draws + 1) as f64;
+            assert!(holm(&p)[0] < SIGNIFICANCE);
+            p[0] = 1.0 / draws as f64;
+            assert!(holm(&p)[0] >= SIGNIFICANCE - 1e-12);
+        }
     }
 
     #[test]

@@ -5,6 +5,7 @@
 
 use partprobe_carrier::Embeddings;
 use serde::Serialize;
+use std::collections::BTreeMap;
 
 /// The ridge of the linear probe, per row.
 const RIDGE: f64 = 1e-3;
@@ -25,6 +26,8 @@ pub struct ProbeScores {
     pub linear: ProbeScore,
     /// The class of the learned row with the largest cosine.
     pub nearest: ProbeScore,
+    /// The most frequent class of the learned rows, whatever the row: what a probe must pass to say anything.
+    pub majority: ProbeScore,
     /// Rows that were learned.
     pub n_learned: usize,
     /// Rows that were scored.
@@ -57,6 +60,7 @@ pub fn probe(rows: &Embeddings, classes: &[u32], is_learned: &[bool]) -> Option<
         .iter()
         .map(|&row| classes[nearest(rows, row, &learned)])
         .collect();
+    let by_majority = vec![most_frequent(&learned, classes); scored.len()];
     let truth: Vec<u32> = scored.iter().map(|&row| classes[row]).collect();
     let mut distinct = truth.clone();
     distinct.sort_unstable();
@@ -64,10 +68,21 @@ pub fn probe(rows: &Embeddings, classes: &[u32], is_learned: &[bool]) -> Option<
     Some(ProbeScores {
         linear: score(&by_map, &truth, &distinct),
         nearest: score(&by_nearest, &truth, &distinct),
+        majority: score(&by_majority, &truth, &distinct),
         n_learned: learned.len(),
         n_scored: scored.len(),
         n_classes: distinct.len(),
     })
+}
+
+/// The class that most of these rows have; the smallest number among equals.
+fn most_frequent(rows: &[usize], classes: &[u32]) -> u32 {
+    let mut counts: BTreeMap<u32, usize> = BTreeMap::new();
+    for &row in rows {
+        *counts.entry(classes[row]).or_default() += 1;
+    }
+    let most = counts.iter().rev().max_by_key(|&(_, n)| n);
+    most.map_or(0, |(&class, _)| class)
 }
 
 fn score(predicted: &[u32], truth: &[u32], distinct: &[u32]) -> ProbeScore {

@@ -7,7 +7,7 @@ use crate::background::compute;
 use crate::errors::{carrier_error, damaged, output_error, usage};
 use crate::graph::graph_of;
 use crate::picture::png;
-use crate::sample::{PySample, normal_kind};
+use crate::sample::{PySample, ensure_n_points, normal_kind};
 use partprobe_carrier::{Carrier, keyed_rng, sample_by_area};
 use partprobe_dataset::{CarrierRef, write_atomically};
 use partprobe_formats::{
@@ -63,6 +63,28 @@ pub(crate) fn source_labels(
     seed: u64,
 ) -> Result<SourceLabels, SourceError> {
     source_named(source)?.labels(carrier, seed)
+}
+
+/// The labels on triangles or on faces, as an array.
+///
+/// # Errors
+/// `UsageError` if they are not constant on faces.
+fn labels_on<'py>(
+    py: Python<'py>,
+    labels: &SourceLabels,
+    source: &str,
+    on: &str,
+) -> PyResult<Bound<'py, PyAny>> {
+    let values = match (on, labels.of_faces()) {
+        ("triangles", _) => labels.of_triangles().of_triangle(),
+        (_, Some(layer)) => layer.of_face(),
+        (_, None) => {
+            return Err(usage(format!(
+                "the labels of `{source}` are not constant on faces; use on=\"triangles\""
+            )));
+        }
+    };
+    shaped(py, widened(values), vec![values.len()])
 }
 
 /// The carrier in a file.
@@ -348,7 +370,7 @@ impl PyCarrier {
 
     /// The labels that a source gives, without gaps from 0; -1 where it gives none.
     ///
-    /// `source` is one of `sources()`, for example "normal-kmeans-20". `on` is "triangles", int64 (T,), or "faces", int64 (F,).
+    /// `source` is one of `sources()`, for example "normal-kmeans-20", or one of `layers`. `on` is "triangles", int64 (T,), or "faces", int64 (F,).
     /// `seed` matters to sources that draw random numbers.
     ///
     /// Raises `UsageError` if no source has the name, it cannot label this shape, or its labels are not constant on faces.
@@ -373,17 +395,13 @@ impl PyCarrier {
             )));
         }
         let (carrier, name) = (self.carrier.clone(), source.to_owned());
+        let stored = self.carrier.layer(source);
+        if let Some(layer) = stored.filter(|_| source_named(source).is_err()) {
+            let labels = SourceLabels::on_faces(self.carrier.mesh(), layer.of_face());
+            return labels_on(py, &labels, source, on);
+        }
         let labels = compute(py, move || source_labels(&carrier, &name, seed))?.map_err(usage)?;
-        let values = match (on, labels.of_faces()) {
-            ("triangles", _) => labels.of_triangles().of_triangle(),
-            (_, Some(layer)) => layer.of_face(),
-            (_, None) => {
-                return Err(usage(format!(
-                    "the labels of `{source}` are not constant on faces; use on=\"triangles\""
-                )));
-            }
-        };
-        shaped(py, widened(values), vec![values.len()])
+        labels_on(py, &labels, source, on)
     }
 
     /// Draws `n` points uniformly by area. The points are those of `partprobe sample` with the same seed and id.
@@ -398,6 +416,7 @@ impl PyCarrier {
     #[pyo3(signature = (n, seed=0, normals="triangle"))]
     fn sample(&self, py: Python<'_>, n: usize, seed: u64, normals: &str) -> PyResult<PySample> {
         let (carrier, kind) = (self.carrier.clone(), normal_kind(normals)?);
+        ensure_n_points("n", n)?;
         let draw = move || {
             let rng = &mut keyed_rng(seed, &["sample", &carrier.meta().id]);
             sample_by_area(carrier.mesh(), n, kind, rng)

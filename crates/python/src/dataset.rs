@@ -4,7 +4,7 @@ use crate::arrays::{rows, shaped, widened};
 use crate::background::compute;
 use crate::carrier::{PyCarrier, read_carrier, source_labels};
 use crate::errors::{carrier_error, dataset_error, usage};
-use crate::sample::normal_kind;
+use crate::sample::{ensure_n_points, normal_kind};
 use partprobe_carrier::{NormalKind, PointSample, keyed_rng, sample_by_area};
 use partprobe_dataset::{CarrierRef, Dataset, DatasetError};
 use partprobe_sources::source_named;
@@ -121,6 +121,7 @@ impl PyDataset {
         source: &str,
     ) -> PyResult<Self> {
         let normals = normal_kind(normals)?;
+        ensure_n_points("n_points", n_points)?;
         source_named(source).map_err(usage)?;
         let root = path.clone();
         let dataset = compute(py, move || Dataset::open(&path))?

@@ -19,7 +19,7 @@ const WEIGHTS: &str = "model.safetensors";
 
 /// A trained backbone: the `model.safetensors` of a training, or the folder of a run.
 ///
-/// If the run has several backbones, `supervision` and `seed` choose one. The file itself says what network it is, and how shapes
+/// If the run has several backbones, `supervision` and `seed` choose one; without `seed`, the lowest seed is taken. The file itself says what network it is, and how shapes
 /// are prepared for it.
 ///
 /// Raises `OSError` if the file cannot be opened, `DamagedFileError` if it does not contain weights, and `UsageError` if several
@@ -192,6 +192,12 @@ fn rows_of_points(tokens: &Tokens, rows: &Embeddings) -> Vec<f32> {
 /// The only weights of a run that match.
 fn weights_of_run(run: &Path, supervision: Option<&str>, seed: Option<u64>) -> PyResult<PathBuf> {
     let folder = run.join("checkpoints");
+    if !folder.is_dir() {
+        return Err(usage(format!(
+            "{} is not a run folder; give one, or a model.safetensors",
+            run.display()
+        )));
+    }
     let entries = fs::read_dir(&folder).map_err(|error| os_error(&error, &folder))?;
     let mut names: Vec<String> = entries
         .filter_map(Result::ok)
@@ -204,7 +210,23 @@ fn weights_of_run(run: &Path, supervision: Option<&str>, seed: Option<u64>) -> P
         supervision.is_none_or(|wanted| wanted == source)
             && seed.is_none_or(|wanted| wanted.to_string() == number)
     };
-    match names.iter().filter(is_wanted).collect::<Vec<_>>()[..] {
+    let mut found: Vec<&String> = names.iter().filter(is_wanted).collect();
+    let source = |name: &str| {
+        name.rsplit_once('-')
+            .map_or(name, |(source, _)| source)
+            .to_owned()
+    };
+    let number = |name: &str| {
+        name.rsplit_once('-')
+            .and_then(|(_, seed)| seed.parse::<u64>().ok())
+    };
+    let is_of_one_source = found.iter().all(|name| source(name) == source(found[0]));
+    if seed.is_none() && is_of_one_source {
+        // The trainings of one source differ in their seeds alone.
+        found.sort_by_key(|name| number(name));
+        found.truncate(1);
+    }
+    match found[..] {
         [name] => Ok(folder.join(name).join(WEIGHTS)),
         _ => Err(usage(format!(
             "choose one backbone of the run with supervision and seed; there are {}",

@@ -37,6 +37,22 @@ impl PySample {
     }
 }
 
+/// More points than this fit no memory; the program has the same limit.
+const MAX_POINTS: usize = 10_000_000;
+
+/// Checks a number of points.
+///
+/// # Errors
+/// `UsageError` if it is 0 or too large.
+pub(crate) fn ensure_n_points(name: &str, n: usize) -> PyResult<()> {
+    if (1..=MAX_POINTS).contains(&n) {
+        return Ok(());
+    }
+    Err(usage(format!(
+        "{name} must be from 1 to {MAX_POINTS}, not {n}"
+    )))
+}
+
 /// The kind of normals with this name.
 ///
 /// # Errors

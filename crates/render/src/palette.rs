@@ -109,11 +109,12 @@ pub(crate) fn chosen_colors(neighbors: &[BTreeSet<usize>], fixed: &[Option<Rgb>]
     chosen.into_iter().map(color).collect()
 }
 
-/// The color that is far from all taken ones; among those the least used, then the first. `None` if all are taken.
+/// The color that no label has yet and that is furthest from the taken ones, so that up to twenty labels have a color each. If all
+/// are in use: one that is far from the taken ones; among those the least used, then the first. `None` if all are taken.
 fn best_color(taken: &[Rgb], n_uses: &[usize; COLORS.len()]) -> Option<usize> {
     let rank = |color: usize| {
         let margin = margin(COLORS[color], taken).min(FAR_APART);
-        (margin, Reverse((n_uses[color], color)))
+        (n_uses[color] == 0, margin, Reverse((n_uses[color], color)))
     };
     (0..COLORS.len())
         .filter(|&color| !taken.contains(&COLORS[color]))

@@ -172,7 +172,7 @@ fn a_section_is_there_if_it_has_something_to_show() {
 fn the_answer_has_its_interval_and_its_power() {
     let page = page("run", "step-parts");
     for told in [
-        "Labels of <span class=\"nb\">step-parts</span> train the better backbone than labels of other.",
+        "Labels of <span class=\"nb\">step-parts</span> train a better backbone than labels of other.",
         "is +0.200 [+0.200, +0.200] over 12 test shapes, scored against step-parts",
         "12 shapes in 12 groups of related shapes",
         "The reference is one of the two",

@@ -5,7 +5,7 @@ use super::choice::{Choice, NOT_IN_MANIFEST, choose};
 use super::collisions::{Collisions, SplitCollisions};
 use super::execution::Execution;
 use super::folder::RunFolder;
-use super::manifest::{MANIFEST_FILE, manifest_of, note_absent, read_manifest};
+use super::manifest::{MANIFEST_FILE, manifest_of, note_absent, note_near, read_manifest};
 use super::shapes::{Points, Shape, ShapeIdentity, ShapeLoader};
 use super::source_card::has_card;
 use super::split_file::SplitFile;
@@ -214,8 +214,10 @@ fn split_anew(
                 selection.leave_out(NOT_IN_MANIFEST, &candidate.id);
             }
             note_absent(&manifest, &keyed, execution);
-            split_by_manifest(&keyed, &manifest, train_share(&config.split))
-                .map_err(|error| UsageError(error.to_string()))?
+            let split = split_by_manifest(&keyed, &manifest, train_share(&config.split))
+                .map_err(|error| UsageError(error.to_string()))?;
+            note_near(&split, config.split.near_difference, execution);
+            split
         }
     };
     for duplicate in &split.duplicates {

@@ -3,11 +3,23 @@
 use crate::config::{Config, LabelConfig, NormalConfig};
 use crate::counted::counted;
 use crate::program_version::COMMIT;
+use partprobe_eval::ScoreRow;
 use partprobe_net::Voxels;
+use std::collections::BTreeSet;
 
-/// The sentences of a run's tables; `data_hash` names the shapes. Without normals, those of the config were taken away.
-pub(super) fn footer(config: &Config, data_hash: &str, normals: Normals) -> Vec<String> {
-    let mut sentences = vec![settings(config, data_hash, normals)];
+/// The sentences below the tables of these rows; `data_hash` names the shapes. Without normals, those of the config were taken away.
+pub(super) fn footer(
+    config: &Config,
+    rows: &[ScoreRow],
+    data_hash: &str,
+    normals: Normals,
+) -> Vec<String> {
+    let mut sentences = vec![settings(
+        config,
+        &trained_seeds(config, rows),
+        data_hash,
+        normals,
+    )];
     // The trainings aim at GTc, so the table says so.
     if config.loss.proto_ce_weight > 0.0 {
         sentences.push(
@@ -28,7 +40,20 @@ pub(super) enum Normals {
     None,
 }
 
-fn settings(config: &Config, data_hash: &str, normals: Normals) -> String {
+/// The seeds of the backbones that were scored: not all that the config names need be trained yet.
+fn trained_seeds(config: &Config, rows: &[ScoreRow]) -> BTreeSet<u64> {
+    let of_backbones = rows
+        .iter()
+        .filter(|row| config.compare.supervision.contains(&row.supervision));
+    of_backbones.map(|row| row.seed).collect()
+}
+
+fn settings(
+    config: &Config,
+    trained_seeds: &BTreeSet<u64>,
+    data_hash: &str,
+    normals: Normals,
+) -> String {
     let LabelConfig {
         theta_deg,
         tau_min,
@@ -37,16 +62,17 @@ fn settings(config: &Config, data_hash: &str, normals: Normals) -> String {
         volume_loss,
         ..
     } = &config.label;
+    // Without normals, no voxel can look at them.
+    let voxels = match (normals, config.tokens.voxels) {
+        (Normals::OfConfig, Voxels::NormalKeyed) => "normal-keyed",
+        (Normals::None, _) | (_, Voxels::Plain) => "plain",
+    };
     let normals = match (normals, config.sample.normals) {
         (Normals::None, _) => "none",
         (Normals::OfConfig, NormalConfig::Triangle) => "of the triangles",
         (Normals::OfConfig, NormalConfig::Analytic) => "of the true surface",
     };
-    let voxels = match config.tokens.voxels {
-        Voxels::NormalKeyed => "normal-keyed",
-        Voxels::Plain => "plain",
-    };
-    let seeds: Vec<String> = config.compare.seeds.iter().map(u64::to_string).collect();
+    let seeds: Vec<String> = trained_seeds.iter().map(u64::to_string).collect();
     format!(
         "θ {theta_deg}°, τ_min {tau_min}; tessellation: chord {chord_fraction} of the diagonal, angle {angle_rad} rad, volume \
          loss {volume_loss}; {} points, normals {normals}, labels by the triangle of each point (transfer `index`); about {} \

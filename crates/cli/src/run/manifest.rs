@@ -3,6 +3,7 @@
 use super::execution::Execution;
 use super::shapes::Shape;
 use crate::config::SplitConfig;
+use crate::counted::counted;
 use crate::usage::UsageError;
 use anyhow::{Context, Result};
 use partprobe_eval::{Manifest, ManifestLine, ShapeKey, SideName, Split, SplitCandidate};
@@ -28,6 +29,23 @@ pub(super) fn read_manifest(config: &SplitConfig) -> Result<Option<Manifest>> {
     let manifest = Manifest::from_json_lines(&text)
         .map_err(|error| UsageError(format!("{}: {error}", config.manifest)))?;
     Ok(Some(manifest))
+}
+
+/// Warns of test shapes that have a nearly equal training shape: a manifest decides the sides, so nothing was removed.
+pub(super) fn note_near(split: &Split, near_difference: f64, execution: &Execution) {
+    let mut near = split
+        .nearest_training
+        .iter()
+        .filter(|near| near.difference <= near_difference);
+    let Some(first) = near.next() else {
+        return;
+    };
+    execution.progress.note(&format!(
+        "warning: {} of split.manifest nearly equal to a training shape, first {} and {}; they stay, since the manifest decides",
+        counted(1 + near.count(), "test shape is", "test shapes are"),
+        first.id,
+        first.of
+    ));
 }
 
 /// Says which shapes of the manifest the data set lacks: scores on fewer test shapes are not those of others.

@@ -50,7 +50,7 @@ pub(crate) use folder::RunFolder;
 pub(crate) use frozen_parts::ensure_frozen_parts;
 pub(crate) use host::{RunRecord, today};
 pub(crate) use nonfinite::DumpedUpdate;
-pub(crate) use page::page_of_folder;
+pub(crate) use page::{page_of_folder, tables_of_folder};
 pub(crate) use results::checked_expectations;
 pub(crate) use shapes::{Points, Shape, ShapeLoader, named_sources};
 pub(crate) use stages::Run;

@@ -1,6 +1,7 @@
 //! Writes the results of a run: score lines, tables, the report, and the expectations that decide the exit code.
 
 use super::bounds::bound_names;
+use super::endpoints::EndpointTables;
 use super::evaluation::{NO_NETWORK, RANDOM_FOURIER, UNTRAINED};
 use super::folder::RunFolder;
 use super::footer::{Normals, footer};
@@ -49,19 +50,15 @@ pub(crate) fn checked_expectations(config: &Config) -> Result<Expectations> {
 }
 
 impl Run<'_> {
-    /// Writes `report.html`, `tables.*` and, last, `scores.jsonl`, prints the table and those of the endpoints, and checks the
-    /// expectations.
+    /// Writes `report.html`, `tables.*` and, last, `scores.jsonl`, and checks the expectations.
     ///
     /// # Errors
     /// If a file cannot be written.
-    pub(crate) fn write_results(
-        &self,
-        rows: &[ScoreRow],
-        endpoints: &[String],
-    ) -> Result<ExitCode> {
+    pub(crate) fn write_results(&self, rows: &[ScoreRow]) -> Result<Results> {
         let folder = self.folder;
         let footer = footer(
             self.config,
+            rows,
             &self.data.split_file.data_hash(),
             Normals::OfConfig,
         );
@@ -87,15 +84,42 @@ impl Run<'_> {
         // A folder that has its scores is complete.
         write_scores(folder, rows)?;
 
+        Ok(Results {
+            tables: tables.to_markdown(),
+            beside_paper,
+            outcomes,
+        })
+    }
+
+    /// Prints the tables and those of the endpoints, and says which expectations hold; the exit code is 3 if one does not.
+    ///
+    /// # Errors
+    /// If an endpoint could not be scored, after everything was printed.
+    pub(crate) fn print_results(
+        &self,
+        results: &Results,
+        endpoints: EndpointTables,
+    ) -> Result<ExitCode> {
         // What was selected, and how labels collide in tokens, was said on stderr before the training.
-        print_result_tables(tables.to_markdown())?;
-        endpoints.iter().try_for_each(print_result_tables)?;
-        if let Some(text) = beside_paper {
+        print_result_tables(&results.tables)?;
+        endpoints.scored.iter().try_for_each(print_result_tables)?;
+        if let Some(text) = &results.beside_paper {
             print_result_tables(text)?;
         }
-        print_result(format_args!("run folder: {}", folder.root().display()))?;
-        print_expectations(&outcomes)
+        print_result(format_args!("run folder: {}", self.folder.root().display()))?;
+        let exit_code = print_expectations(&results.outcomes)?;
+        match endpoints.failed {
+            None => Ok(exit_code),
+            Some(error) => Err(error.context("all else of the run is written")),
+        }
     }
+}
+
+/// What was written, as it is printed.
+pub(crate) struct Results {
+    tables: String,
+    beside_paper: Option<String>,
+    outcomes: Vec<ExpectationOutcome>,
 }
 
 /// The paper's probe tables with those of this run, if its first two sources are STEP-Parts and another one, and both are referees.

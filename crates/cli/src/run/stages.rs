@@ -199,7 +199,7 @@ impl<'a> Run<'a> {
                 let weights = self.folder.path(&weights_path(supervision, seed));
                 if !weights.exists() {
                     self.execution.progress.note(&format!(
-                        "{supervision}, seed {seed}: not trained yet, left out"
+                        "warning: {supervision}, seed {seed}: not trained yet, left out"
                     ));
                     continue;
                 }

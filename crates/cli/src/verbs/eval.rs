@@ -45,13 +45,14 @@ pub(crate) fn eval(args: &EvalArgs) -> Result<ExitCode> {
     let dataset = Dataset::open(&data)?;
     ensure_settings_of(&data, &loaded)?;
     let run = Run::to_score(&dataset, &loaded.config, &folder, &execution)?;
+    run.check_endpoints()?;
     let rows = run.evaluate()?;
-    let endpoints = run.evaluate_endpoints()?;
     if !args.execution.set.is_empty() {
         // The scores below follow from these settings; the folder must not say others.
         folder.write("config.toml", loaded.merged.as_bytes())?;
     }
-    run.write_results(&rows, &endpoints)
+    let results = run.write_results(&rows)?;
+    run.print_results(&results, run.evaluate_endpoints()?)
 }
 
 /// The keys that say how backbones are scored, and not how they were trained; `compare.` stands for all of its keys.

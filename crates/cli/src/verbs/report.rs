@@ -23,7 +23,8 @@ const DRAWS: usize = 2000;
 
 A row is a run and the label source that it was trained on, as in `chord:step-parts`. Rows without a training come from the first
 run that has them. With two runs, the last row is the difference between their first label sources.
-A shape counts if every run was scored on it against the same reference.
+A shape counts if every run was scored on it against the same reference, with the same mesh and the same labels.
+The tables of one run are made again from its scores.
 With --html, the page `report.html` of one run is written again.")]
 pub(crate) struct ReportArgs {
     /// The run folders.
@@ -73,19 +74,29 @@ pub(crate) fn report(args: &ReportArgs) -> Result<()> {
             UsageError(format!("two runs are called {}; rename a folder", run.name))
         );
     }
-    let common = common_shapes(&runs);
+    let of_name = common_shapes(&runs);
+    let common: BTreeSet<Key<'_>> = of_name
+        .iter()
+        .filter(|(shape, _)| is_same(&runs, shape))
+        .copied()
+        .collect();
+    let n_others = distinct_shapes(&of_name) - distinct_shapes(&common);
     ensure!(
         !common.is_empty(),
-        "the runs have no test shape with the same reference in common"
+        "the runs have no test shape in common with the same mesh and the same labels{}",
+        if n_others > 0 {
+            format!(
+                "; {} differ in one of them",
+                counted(n_others, "shape", "shapes")
+            )
+        } else {
+            String::new()
+        }
     );
 
     let rows = joined_rows(&runs, &common);
-    let tables = tables(&rows, &settings(&runs, &rows));
-    let n_common = common
-        .iter()
-        .map(|(shape, _)| shape)
-        .collect::<BTreeSet<_>>()
-        .len();
+    let tables = joined_tables(args, &runs, &rows)?;
+    let n_common = distinct_shapes(&common);
     if args.json {
         let document = json_document(&Report {
             runs: runs.iter().map(|run| run.name.as_str()).collect(),
@@ -99,9 +110,69 @@ pub(crate) fn report(args: &ReportArgs) -> Result<()> {
     match runs.len() {
         1 => print_result(format_args!("Over {n_shapes} of the run.")),
         n => print_result(format_args!(
-            "Over {n_shapes} that all {n} runs were scored on."
+            "Over {n_shapes} that all {n} runs were scored on{}.",
+            if n_others > 0 {
+                format!(
+                    "; {} left out, whose mesh or labels differ between the runs",
+                    counted(n_others, "shape is", "shapes are")
+                )
+            } else {
+                String::new()
+            }
         )),
     }
+}
+
+/// The tables of one run as it was compared, or of several runs.
+fn joined_tables(args: &ReportArgs, runs: &[ScoredRun], rows: &[ScoreRow]) -> Result<Tables> {
+    #[cfg(feature = "train")]
+    if let [run] = args.runs.as_slice() {
+        return crate::run::tables_of_folder(run);
+    }
+    let _ = args;
+    Ok(tables(rows, &settings(runs, rows)))
+}
+
+fn distinct_shapes(keys: &BTreeSet<Key<'_>>) -> usize {
+    let shapes: BTreeSet<&str> = keys.iter().map(|(shape, _)| *shape).collect();
+    shapes.len()
+}
+
+/// Whether a shape has the same mesh and the same labels in all runs that say what it was.
+fn is_same(runs: &[ScoredRun], shape: &str) -> bool {
+    let hashes = runs.iter().filter_map(|run| run.shape_hashes.get(shape));
+    hashes.collect::<BTreeSet<_>>().len() <= 1
+}
+
+/// The settings of the scoring that differ between the runs, as a sentence; `None` if there are none.
+fn differing_settings(runs: &[ScoredRun]) -> Option<String> {
+    let value = |run: &ScoredRun, table: &str, key: &str| {
+        let found = run.settings.get(table).and_then(|table| table.get(key));
+        found.map_or_else(|| "–".to_owned(), toml::Value::to_string)
+    };
+    let mut differing = Vec::new();
+    let tables: BTreeSet<&str> = runs
+        .iter()
+        .flat_map(|run| run.settings.keys().copied())
+        .collect();
+    for table in tables {
+        let of_runs = runs
+            .iter()
+            .filter_map(|run| run.settings.get(table)?.as_table());
+        let keys: BTreeSet<&String> = of_runs.flat_map(|table| table.keys()).collect();
+        for key in keys {
+            let values: Vec<String> = runs.iter().map(|run| value(run, table, key)).collect();
+            if values.iter().any(|value| *value != values[0]) {
+                differing.push(format!("{table}.{key} ({})", values.join(", ")));
+            }
+        }
+    }
+    (!differing.is_empty()).then(|| {
+        format!(
+            "The runs were scored with other settings: {}. Rows without a training are of the first run.",
+            differing.join("; ")
+        )
+    })
 }
 
 /// Writes the page of the one run that is named.
@@ -186,6 +257,6 @@ fn settings(runs: &[ScoredRun], rows: &[ScoreRow]) -> TableSettings {
             seed: 0,
             least_groups: Bootstrap::LEAST_GROUPS,
         },
-        footer: Vec::new(),
+        footer: differing_settings(runs).into_iter().collect(),
     }
 }

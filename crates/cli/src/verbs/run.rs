@@ -107,6 +107,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode> {
     let mut run = timed.stage("sample", || {
         Run::new(&dataset, &loaded.config, &folder, &execution, points)
     })?;
+    run.check_endpoints()?;
     remember_data(&folder, dataset.root())?;
     run.note_collisions()?;
     run.note_source_card()?;
@@ -115,9 +116,10 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode> {
         timed.stage(&name, || run.train(&supervision, seed, &args.training))?;
     }
     let rows = timed.stage("evaluate", || run.evaluate())?;
+    let results = run.write_results(&rows)?;
     let endpoints = timed.stage("endpoints", || run.evaluate_endpoints())?;
     timed.record.write(&folder)?;
-    run.write_results(&rows, &endpoints)
+    run.print_results(&results, endpoints)
 }
 
 /// Times the stages for `run.json`.

@@ -2,11 +2,8 @@
 
 use super::{DifferenceRow, Tables};
 use crate::metric::Metric;
-use crate::paired::Difference;
+use crate::paired::{Difference, SIGNIFICANCE};
 use std::fmt::Write as _;
-
-/// A difference with a smaller corrected p-value is called one.
-const SIGNIFICANCE: f64 = 0.05;
 
 impl Tables {
     /// A Markdown section with the primary endpoints, and the secondary ones that are more than chance. It is empty if no difference

@@ -2,7 +2,7 @@
 
 use super::shape_means::{ShapeMean, Shapes, metrics_of};
 use super::{Endpoint, TableSettings};
-use crate::bootstrap::effective_groups;
+use crate::bootstrap::{Bootstrap, effective_groups};
 use crate::metric::Metric;
 use crate::metrics::MIOU;
 use crate::paired::{Difference, GroupOfSeeds, by_group_and_seed, holm, paired_difference};
@@ -36,7 +36,7 @@ const SMALL_DIFFERENCE: f64 = 0.02;
 
 impl DifferenceRow {
     /// A sentence on what the comparison can resolve: the half-width of the interval of mIoU, and how many shapes would
-    /// make it 0.02, if their differences scatter alike.
+    /// make it 0.02, if their differences scatter alike and the seeds stay the same.
     #[must_use]
     pub fn resolution(&self) -> String {
         let Self {
@@ -48,18 +48,39 @@ impl DifferenceRow {
             self.effective_groups
         );
         let miou = self.differences.get(&MIOU);
-        let Some(interval) = miou.and_then(|difference| difference.interval) else {
+        let Some((miou, interval)) = miou.and_then(|found| Some((found, found.interval?))) else {
             return format!("{counts} are too few for an interval.");
         };
         let half_width = interval.half_width();
-        let n_needed = (*n_shapes as f64 * (half_width / SMALL_DIFFERENCE).powi(2))
-            .ceil()
-            .max(1.0);
-        format!(
-            "{counts} resolve a difference of mIoU of ±{half_width:.3}. About {n_needed} such shapes would resolve \
-             ±{SMALL_DIFFERENCE}."
-        )
+        let resolved = format!("{counts} resolve a difference of mIoU of ±{half_width:.3}");
+        if half_width <= SMALL_DIFFERENCE {
+            return format!("{resolved}.");
+        }
+        match scale_needed(miou, half_width) {
+            Some(scale) => {
+                let needed = |n: usize| (n as f64 * scale).ceil();
+                format!(
+                    "{resolved}. About {} such shapes in {} such groups would resolve ±{SMALL_DIFFERENCE}.",
+                    needed(*n_shapes),
+                    needed(*n_groups)
+                )
+            }
+            None => format!(
+                "{resolved}. More shapes alone would not resolve ±{SMALL_DIFFERENCE}: the trainings differ too much between \
+                 seeds."
+            ),
+        }
     }
+}
+
+/// How many times as many shapes would resolve the small difference. Shapes reduce only that part of the variance that is not
+/// between seeds. Returns `None` if the seeds alone are too much.
+fn scale_needed(miou: &Difference, half_width: f64) -> Option<f64> {
+    let variance = miou.standard_error?.powi(2);
+    let n_seeds = miou.n_seeds.max(1) as f64;
+    let of_seeds = (miou.seed_deviation.unwrap_or(0.0).powi(2) / n_seeds).min(variance);
+    let wanted = variance * (SMALL_DIFFERENCE / half_width).powi(2) - of_seeds;
+    (wanted > 0.0).then(|| (variance - of_seeds) / wanted)
 }
 
 /// The same shape under the two compared supervisions.
@@ -71,13 +92,13 @@ pub(super) fn difference_row(
     compared: &[String; 2],
     shapes: &BTreeMap<&str, Shapes<'_>>,
     settings: &TableSettings,
+    bootstrap: Bootstrap,
 ) -> Option<DifferenceRow> {
     let first = shapes.get(compared[0].as_str())?;
     let second = shapes.get(compared[1].as_str())?;
     let pairs = pairs_in_mean(first, second);
     let seeds = common_seeds(&pairs);
 
-    let bootstrap = settings.bootstrap;
     let mut differences = BTreeMap::new();
     for metric in metrics_of(pairs.iter().map(|(first, _)| *first)) {
         let groups = groups_by_seed(&pairs, &seeds, metric);
@@ -179,8 +200,8 @@ mod tests {
     use crate::bootstrap::Interval;
 
     #[test]
-    fn four_times_the_shapes_halve_the_interval() {
-        let row = |half_width: Option<f64>| DifferenceRow {
+    fn more_shapes_narrow_that_part_of_the_interval_that_is_theirs() {
+        let row = |half_width: Option<f64>, seed_deviation: Option<f64>| DifferenceRow {
             reference: "r".to_owned(),
             clusterer: "k-means".to_owned(),
             compared: ["a".to_owned(), "b".to_owned()],
@@ -192,8 +213,8 @@ mod tests {
                 Difference {
                     mean: 0.01,
                     n_seeds: 1,
-                    seed_deviation: None,
-                    standard_error: None,
+                    seed_deviation,
+                    standard_error: half_width.map(|half_width| half_width / 2.0),
                     interval: half_width.map(|half_width| Interval {
                         low: 0.01 - half_width,
                         high: 0.01 + half_width,
@@ -204,15 +225,33 @@ mod tests {
             )]),
             primary: Vec::new(),
         };
-        assert_eq!(
-            row(Some(0.04)).resolution(),
-            "Δ `a` − `b`: 80 shapes in 34 groups of related shapes (effectively 21.2) resolve a difference of mIoU of ±0.040. About \
-             320 such shapes would resolve ±0.02."
-        );
-        assert_eq!(
-            row(None).resolution(),
-            "Δ `a` − `b`: 80 shapes in 34 groups of related shapes (effectively 21.2) are too few for an interval."
-        );
+        let counts = "Δ `a` − `b`: 80 shapes in 34 groups of related shapes (effectively 21.2)";
+        for (half_width, seed_deviation, expected) in [
+            (None, None, "are too few for an interval."),
+            (
+                Some(0.04),
+                None,
+                "resolve a difference of mIoU of ±0.040. About 320 such shapes in 136 such groups would resolve ±0.02.",
+            ),
+            // Half of the variance that may stay is between seeds, so the other half must come from seven eighths of it now.
+            (
+                Some(0.04),
+                Some(0.01 / 2.0f64.sqrt()),
+                "resolve a difference of mIoU of ±0.040. About 560 such shapes in 238 such groups would resolve ±0.02.",
+            ),
+            (
+                Some(0.04),
+                Some(0.015),
+                "resolve a difference of mIoU of ±0.040. More shapes alone would not resolve ±0.02: the trainings differ too much \
+                 between seeds.",
+            ),
+            (Some(0.01), None, "resolve a difference of mIoU of ±0.010."),
+        ] {
+            assert_eq!(
+                row(half_width, seed_deviation).resolution(),
+                format!("{counts} {expected}")
+            );
+        }
     }
 
     #[test]

@@ -25,6 +25,7 @@ pub use row::{BinMean, TableRow};
 use crate::bootstrap::Bootstrap;
 use crate::metric::Metric;
 use crate::metrics::METRICS;
+use crate::paired::least_draws;
 use crate::score_row::ScoreRow;
 use difference::{adjust_p, difference_row};
 use home_advantage::home_advantages;
@@ -154,14 +155,31 @@ pub fn tables(rows: &[ScoreRow], settings: &TableSettings) -> Tables {
     }
 }
 
+/// The bootstrap with as many draws as the correction for so many tests needs: with fewer, none of them could be found.
+fn enough_draws(bootstrap: Bootstrap, n_tests: usize) -> Bootstrap {
+    let draws = match bootstrap.draws {
+        0 => 0,
+        draws => draws.max(least_draws(n_tests)),
+    };
+    Bootstrap { draws, ..bootstrap }
+}
+
 fn difference_rows(
     shapes_of_tables: &[TableShapes<'_>],
     settings: &TableSettings,
 ) -> Vec<DifferenceRow> {
+    let n_tests = shapes_of_tables.len() * settings.compared.len() * METRICS.len();
+    let bootstrap = enough_draws(settings.bootstrap, n_tests);
     let mut rows = Vec::new();
     for shapes in shapes_of_tables {
         for compared in &settings.compared {
-            let row = difference_row(shapes.table, compared, &shapes.of_supervision, settings);
+            let row = difference_row(
+                shapes.table,
+                compared,
+                &shapes.of_supervision,
+                settings,
+                bootstrap,
+            );
             rows.extend(row);
         }
     }

@@ -37,7 +37,7 @@ pub(super) fn same_source_rows(
             }
             shapes.insert(name.as_str(), of_seed);
         }
-        difference_row(table, &names, &shapes, settings)
+        difference_row(table, &names, &shapes, settings, settings.bootstrap)
     };
     seeds.windows(2).filter_map(of_pair).collect()
 }

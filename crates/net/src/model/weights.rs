@@ -8,9 +8,11 @@ use crate::model::Model;
 use crate::model::net_config::NetConfig;
 use crate::model::parameters::{self, ParameterShape};
 use crate::model::trained_on::TrainedOn;
+use partprobe_carrier::sha256_hex;
 use safetensors::tensor::{Dtype, SafeTensorError, SafeTensors, TensorView};
 use serde::{Deserialize, Serialize};
-use std::collections::HashMap;
+use serde_json::Value;
+use std::collections::{BTreeSet, HashMap};
 
 /// The metadata entry that holds all of ours.
 const METADATA_KEY: &str = "partprobe";
@@ -35,6 +37,11 @@ pub enum WeightsError {
         "the file has format version {0}, this program reads version 2; use the program that wrote it"
     )]
     Version(u32),
+    /// The values are not those that were written.
+    #[error(
+        "the file is damaged: its values do not have the hash that it names; restore it or train again"
+    )]
+    Damaged,
     /// The weights belong to another network.
     #[error("the weights are of another network: {0}; use the config that they were trained with")]
     OtherNetwork(String),
@@ -43,6 +50,9 @@ pub enum WeightsError {
 #[derive(Deserialize, Serialize)]
 struct Header<T> {
     format_version: u32,
+    /// The SHA-256 of all values, in the order of their names. Files of earlier programs do not say it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    values_sha256: Option<String>,
     content: T,
 }
 
@@ -55,12 +65,12 @@ pub(crate) struct TensorFile<T> {
 
 impl<T: Serialize + for<'a> Deserialize<'a>> TensorFile<T> {
     pub(crate) fn to_bytes(&self) -> Result<Vec<u8>, WeightsError> {
-        let text = note_to_text(&self.content)?;
         let encoded: Vec<Vec<u8>> = self
             .tensors
             .iter()
             .map(|(_, values)| little_endian(values))
             .collect();
+        let text = header_text(&self.content, Some(self.values_sha256()))?;
         let views = self
             .tensors
             .iter()
@@ -84,7 +94,7 @@ impl<T: Serialize + for<'a> Deserialize<'a>> TensorFile<T> {
             .and_then(|entries| entries.get(METADATA_KEY));
         let text = entry
             .ok_or_else(|| WeightsError::Metadata(format!("no metadata entry `{METADATA_KEY}`")))?;
-        let content = note_from_text(text)?;
+        let header: Header<T> = header_from_text(text)?;
         let file = SafeTensors::deserialize(bytes)?;
         let mut tensors = file
             .tensors()
@@ -98,7 +108,22 @@ impl<T: Serialize + for<'a> Deserialize<'a>> TensorFile<T> {
             })
             .collect::<Result<Vec<_>, WeightsError>>()?;
         tensors.sort_by(|a, b| a.0.name.cmp(&b.0.name));
-        Ok(Self { content, tensors })
+        let file = Self {
+            content: header.content,
+            tensors,
+        };
+        match header.values_sha256 {
+            Some(stored) if stored != file.values_sha256() => Err(WeightsError::Damaged),
+            _ => Ok(file),
+        }
+    }
+
+    fn values_sha256(&self) -> String {
+        let mut by_name: Vec<_> = self.tensors.iter().collect();
+        by_name.sort_by(|a, b| a.0.name.cmp(&b.0.name));
+        let values = by_name.iter().flat_map(|(_, values)| values);
+        let bytes: Vec<u8> = values.flat_map(|value| value.to_le_bytes()).collect();
+        sha256_hex(&bytes)
     }
 
     /// Takes the values of the named tensors out of the file, one after the other.
@@ -172,8 +197,16 @@ pub(crate) struct ModelNote {
 
 /// The text of a metadata entry.
 pub(crate) fn note_to_text<T: Serialize>(content: &T) -> Result<String, WeightsError> {
+    header_text(content, None)
+}
+
+fn header_text<T: Serialize>(
+    content: &T,
+    values_sha256: Option<String>,
+) -> Result<String, WeightsError> {
     let header = Header {
         format_version: FORMAT_VERSION,
+        values_sha256,
         content,
     };
     serde_json::to_string(&header).map_err(|error| WeightsError::Metadata(error.to_string()))
@@ -181,13 +214,16 @@ pub(crate) fn note_to_text<T: Serialize>(content: &T) -> Result<String, WeightsE
 
 /// The content of a metadata entry.
 pub(crate) fn note_from_text<T: for<'a> Deserialize<'a>>(text: &str) -> Result<T, WeightsError> {
+    Ok(header_from_text(text)?.content)
+}
+
+fn header_from_text<T: for<'a> Deserialize<'a>>(text: &str) -> Result<Header<T>, WeightsError> {
     let unreadable = |error: serde_json::Error| WeightsError::Metadata(error.to_string());
     let version: Header<serde::de::IgnoredAny> = serde_json::from_str(text).map_err(unreadable)?;
     if version.format_version != FORMAT_VERSION {
         return Err(WeightsError::Version(version.format_version));
     }
-    let header: Header<T> = serde_json::from_str(text).map_err(unreadable)?;
-    Ok(header.content)
+    serde_json::from_str(text).map_err(unreadable)
 }
 
 /// A file of weights, opened: the network that it describes, and what it says of itself.
@@ -252,9 +288,37 @@ impl ModelFile {
         if self.model.config().without_refine() == config.without_refine() {
             return Ok(());
         }
-        Err(WeightsError::OtherNetwork(
-            "the config inside the file differs".to_owned(),
-        ))
+        Err(WeightsError::OtherNetwork(first_difference(
+            self.model.config(),
+            config,
+        )))
+    }
+}
+
+/// The first key in which the config of a file differs from another one.
+fn first_difference(of_file: &NetConfig, wanted: &NetConfig) -> String {
+    let json = |config: &NetConfig| serde_json::to_value(config.without_refine()).ok();
+    let found = json(of_file).zip(json(wanted));
+    let found = found.and_then(|(of_file, wanted)| differing_key("net", &of_file, &wanted));
+    found.unwrap_or_else(|| "the config inside the file differs".to_owned())
+}
+
+fn differing_key(path: &str, of_file: &Value, wanted: &Value) -> Option<String> {
+    match (of_file, wanted) {
+        (Value::Object(of_file), Value::Object(wanted)) => {
+            let keys: BTreeSet<&String> = of_file.keys().chain(wanted.keys()).collect();
+            // Another type of backbone has other keys, so the type comes first.
+            let mut keys: Vec<&String> = keys.into_iter().collect();
+            keys.sort_by_key(|key| *key != "type");
+            keys.into_iter().find_map(|key| {
+                let value = |object: &serde_json::Map<String, Value>| {
+                    object.get(key).cloned().unwrap_or(Value::Null)
+                };
+                differing_key(&format!("{path}.{key}"), &value(of_file), &value(wanted))
+            })
+        }
+        (of_file, wanted) if of_file == wanted => None,
+        (of_file, wanted) => Some(format!("{path} is {of_file} in the file and {wanted} here")),
     }
 }
 

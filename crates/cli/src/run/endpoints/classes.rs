@@ -203,6 +203,21 @@ impl ProbeTable {
              |---|---:|---:|---:|---:|---:|---:|---:|---:|\n",
             self.source
         );
+        // The same for all rows: no embedding takes part.
+        if let Some(scores) = self.rows.first().map(|row| &row.scores) {
+            let ProbeScores { majority, .. } = scores;
+            let _ = writeln!(
+                text,
+                "| the most frequent class | – | {:.3} | {:.3} | {:.3} | {:.3} | {} | {} | {} |",
+                majority.accuracy,
+                majority.balanced_accuracy,
+                majority.accuracy,
+                majority.balanced_accuracy,
+                scores.n_learned,
+                scores.n_scored,
+                scores.n_classes
+            );
+        }
         for ProbeRow {
             supervision,
             seed,

@@ -16,27 +16,59 @@ use super::results::table_settings;
 use super::scoring_place::{Boundaries, ScoringPlace};
 use super::shapes::Shape;
 use super::stages::Run;
-use crate::config::{Config, EndpointConfig, EndpointNormals};
-use anyhow::{Context, Result};
+use crate::config::{Attribute, Config, EndpointConfig, EndpointNormals};
+use crate::label_sources::{source_named, sources_named};
+use crate::stderr;
+use crate::usage::as_usage_error;
+use anyhow::{Context, Error, Result, ensure};
 use classes::FaceClasses;
-use partprobe_dataset::json_lines;
+use partprobe_dataset::{Dataset, json_lines};
 use partprobe_eval::tables;
 use partprobe_net::Model;
 use shapes::EndpointData;
 
+/// The tables of the endpoints as text, and the first reason why one could not be scored.
+#[derive(Default)]
+pub(crate) struct EndpointTables {
+    pub(crate) scored: Vec<String>,
+    pub(crate) failed: Option<Error>,
+}
+
 impl Run<'_> {
-    /// Scores all endpoints, writes `endpoints/<name>/`, and returns their tables as text.
+    /// Refuses endpoints that cannot be scored, as far as their names and data sets tell, before any work is done.
     ///
     /// # Errors
-    /// If a data set cannot be read, a backbone has seen a shape, or a file cannot be written.
-    pub(crate) fn evaluate_endpoints(&self) -> Result<Vec<String>> {
-        let endpoints = self.config.endpoints.iter();
-        endpoints
-            .map(|endpoint| {
-                self.evaluate_endpoint(endpoint)
-                    .with_context(|| format!("endpoint `{}`", endpoint.name))
-            })
-            .collect()
+    /// If a data set cannot be opened or lacks normals that are asked for, or a source is unknown.
+    pub(crate) fn check_endpoints(&self) -> Result<()> {
+        for endpoint in &self.config.endpoints {
+            check_endpoint(self.config, endpoint)
+                .with_context(|| format!("endpoint `{}`", endpoint.name))
+                .map_err(as_usage_error)?;
+        }
+        Ok(())
+    }
+
+    /// Scores all endpoints, and writes `endpoints/<name>/`. One that fails is named, and the others are scored.
+    ///
+    /// # Errors
+    /// If the run is interrupted.
+    pub(crate) fn evaluate_endpoints(&self) -> Result<EndpointTables> {
+        let mut tables = EndpointTables::default();
+        for endpoint in &self.config.endpoints {
+            let scored = self
+                .evaluate_endpoint(endpoint)
+                .with_context(|| format!("endpoint `{}`", endpoint.name));
+            match scored {
+                Ok(text) => tables.scored.push(text),
+                Err(error) if self.execution.interrupt.is_set() => return Err(error),
+                Err(error) => match &tables.failed {
+                    // The program ends with the first one; the others are named here.
+                    Some(_) => stderr::print_line(format_args!("error: {error:#}")),
+                    None => tables.failed = Some(error),
+                },
+            }
+        }
+        Ok(tables)
     }
 
     fn evaluate_endpoint(&self, endpoint: &EndpointConfig) -> Result<String> {
@@ -59,7 +91,7 @@ impl Run<'_> {
             Some(EndpointNormals::None) => Normals::None,
             _ => Normals::OfConfig,
         };
-        let footer = footer(&config, &data.hash, normals);
+        let footer = footer(&config, &rows, &data.hash, normals);
         let tables = tables(&rows, &table_settings(&config, footer)?);
         let mut text = format!("## Endpoint {}\n\n{}.\n\n", endpoint.name, data.summary);
         text += &tables.to_markdown();
@@ -112,6 +144,24 @@ impl Run<'_> {
         }
         Ok(table)
     }
+}
+
+/// Looks for what the names and the data set of an endpoint tell.
+fn check_endpoint(config: &Config, endpoint: &EndpointConfig) -> Result<()> {
+    if let Some(data) = &endpoint.data {
+        Dataset::open(data)?;
+    }
+    sources_named(config, &endpoint.references)?;
+    if let Some(probe) = &endpoint.probe {
+        source_named(config, probe)?;
+    }
+    let config = config_of(config, endpoint)?;
+    ensure!(
+        endpoint.normals != Some(EndpointNormals::Analytic)
+            || config.label.attributes.contains(&Attribute::Normal),
+        "its carriers hold no analytic normals; label the files with --attributes normal, and name that data set with `data`"
+    );
+    Ok(())
 }
 
 /// The settings of the run with what the endpoint changes.

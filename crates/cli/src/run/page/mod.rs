@@ -57,6 +57,26 @@ pub(super) fn page(
     Ok(report.to_html())
 }
 
+/// The tables of a finished run, made from the scores in its folder with the statistics of this program.
+///
+/// # Errors
+/// If the folder is not a scored run, or a file of it cannot be read.
+pub(crate) fn tables_of_folder(root: &Path) -> Result<Tables> {
+    let scored = ScoredRun::read(root)?;
+    let folder = RunFolder::existing(root)?;
+    let config_file = folder.path("config.toml").to_string_lossy().into_owned();
+    let config = load(&config_file, &[])?.config;
+    let split = SplitFile::read(&folder, &config).ok().flatten();
+    stored_tables(&scored, &config, split.as_ref())
+}
+
+fn stored_tables(scored: &ScoredRun, config: &Config, split: Option<&SplitFile>) -> Result<Tables> {
+    let footer = split.map_or_else(Vec::new, |split| {
+        footer(config, &scored.rows, &split.data_hash(), Normals::OfConfig)
+    });
+    Ok(tables(&scored.rows, &table_settings(config, footer)?))
+}
+
 /// The page of a finished run, made from its folder alone. Runs of earlier versions did not store the faces of points; these are
 /// drawn again from the data set if it is there.
 ///
@@ -69,10 +89,7 @@ pub(crate) fn page_of_folder(root: &Path, data: Option<&Path>) -> Result<String>
     let config = load(&config_file, &[])?.config;
     // The page of a run of an earlier version does not say which shapes were left out, rather than not be made.
     let split = SplitFile::read(&folder, &config).ok().flatten();
-    let footer = split.as_ref().map_or_else(Vec::new, |split| {
-        footer(&config, &split.data_hash(), Normals::OfConfig)
-    });
-    let tables = tables(&scored.rows, &table_settings(&config, footer)?);
+    let tables = stored_tables(&scored, &config, split.as_ref())?;
     let figures = training_figures(&folder, &config)?;
     let outcomes = checked_expectations(&config)?.evaluate(&tables, &figures)?;
     let summary = split.map_or_else(String::new, |split| split.selection.to_string());

@@ -5,8 +5,13 @@ use crate::backbone::Backbone;
 use crate::run::{embedding_members, npz_bytes};
 use anyhow::{Context, Result, ensure};
 use partprobe_carrier::Embeddings;
-use partprobe_formats::{Array, Half, Values};
+use partprobe_formats::{Array, Half, Values, arrays_from_npz};
 use partprobe_net::Tokens;
+use std::fs;
+use std::path::Path;
+
+/// The member that says of which shape a file was made.
+const INPUT_SHA256: &str = "input_sha256";
 
 /// What an embedding file has a row for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -72,8 +77,23 @@ impl Form {
                 members.push(("face_of_point".to_owned(), Array::vector::<i32>(of_point)));
             }
         }
+        let digest = Array::vector::<u8>(shape.sha256().to_vec());
+        members.push((INPUT_SHA256.to_owned(), digest));
         npz_bytes(members)
     }
+}
+
+/// Whether an embedding file was made of this shape. Files of earlier programs do not say it, and are taken as they are.
+///
+/// # Errors
+/// If the file cannot be read.
+pub(super) fn is_of(file: &Path, shape: &EmbedInput) -> Result<bool> {
+    let bytes = fs::read(file).with_context(|| format!("reading {}", file.display()))?;
+    let members = arrays_from_npz(&bytes).with_context(|| format!("reading {}", file.display()))?;
+    Ok(match members.array(INPUT_SHA256).map(Array::values) {
+        Some(Values::U8(digest)) => *digest == shape.sha256(),
+        _ => true,
+    })
 }
 
 /// The row of a whole shape: the direction of the mean over its points.

@@ -1,6 +1,6 @@
 //! Defines the index of a folder of embeddings: a line for each shape, with its file or the reason why it has none.
 
-use anyhow::Result;
+use anyhow::{Context, Result};
 use partprobe_dataset::{json_lines, write_atomically};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -67,10 +67,16 @@ pub(super) fn read_index(folder: &Path) -> Result<Vec<IndexLine>> {
     if !path.is_file() {
         return Ok(Vec::new());
     }
-    let text = fs::read_to_string(path)?;
-    text.lines()
-        .map(|line| Ok(serde_json::from_str(line)?))
-        .collect()
+    let text = fs::read_to_string(&path).with_context(|| format!("reading {}", path.display()))?;
+    let read = |(number, line)| {
+        serde_json::from_str(line).with_context(|| {
+            format!(
+                "{}, line {number}, is not a line of an index",
+                path.display()
+            )
+        })
+    };
+    (1..).zip(text.lines()).map(read).collect()
 }
 
 /// Writes the index of a folder. Lines of former calls stay, unless a line of the same id takes their place, or an input that failed was

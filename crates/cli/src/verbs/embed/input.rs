@@ -1,6 +1,7 @@
 //! Turns files with a surface or points, and the shapes of folders and data sets, into the point samples that a backbone embeds.
 
 use crate::config::{Attribute, Config, NormalConfig};
+use crate::given_path::ensure_exists;
 use crate::label::carriers_of_path;
 use crate::points::points_of;
 use crate::run::Execution;
@@ -15,6 +16,7 @@ use partprobe_formats::{
     Members, PlyScene, Values, arrays_from_npz, mesh_from_obj, mesh_from_off, mesh_from_stl,
     scene_from_ply, step_stem,
 };
+use sha2::{Digest, Sha256};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -34,6 +36,21 @@ pub(super) struct SampledFaces {
 }
 
 impl EmbedInput {
+    /// The SHA-256 of all that the embedding depends on: points, normals, and the face of each point.
+    pub(super) fn sha256(&self) -> [u8; 32] {
+        let mut digest = Sha256::new();
+        for rows in [&self.sample.points, &self.sample.normals] {
+            digest.update((rows.len() as u64).to_le_bytes());
+            for x in rows.iter().flatten() {
+                digest.update(x.to_le_bytes());
+            }
+        }
+        for face in self.faces.iter().flat_map(|faces| &faces.of_point) {
+            digest.update(face.to_le_bytes());
+        }
+        digest.finalize().into()
+    }
+
     /// The sample of a carrier.
     fn of_carrier(id: String, carrier: &Carrier, config: &Config) -> Result<Self> {
         let sample = points_of(&carrier.meta().id, carrier, &config.sample)?;
@@ -50,7 +67,8 @@ impl EmbedInput {
 
 /// A file, or a shape of a folder, an archive, a list or a data set.
 pub(super) enum Input {
-    File(PathBuf),
+    /// A file, and what its ids begin with, if another file of the call has the same name.
+    File(PathBuf, Option<String>),
     Shape(ShapeInput),
     /// A file of a folder without a shape.
     Failed(FailedInput),
@@ -60,7 +78,7 @@ impl Input {
     /// What messages and the index call it.
     pub(super) fn name(&self) -> String {
         match self {
-            Self::File(path) => path.display().to_string(),
+            Self::File(path, _) => path.display().to_string(),
             Self::Shape(shape) => shape.source.clone(),
             Self::Failed(failed) => failed.source.clone(),
         }
@@ -72,7 +90,15 @@ impl Input {
     /// If it cannot be read.
     pub(super) fn shapes(&self, config: &Config) -> Result<Vec<EmbedInput>> {
         match self {
-            Self::File(path) => shapes_of_path(path, config),
+            Self::File(path, prefix) => {
+                let mut shapes = shapes_of_path(path, config)?;
+                if let Some(prefix) = prefix {
+                    for shape in &mut shapes {
+                        shape.id = format!("{prefix}__{}", shape.id);
+                    }
+                }
+                Ok(shapes)
+            }
             Self::Shape(shape) => {
                 let id = shape.stem.to_string_lossy().into_owned();
                 Ok(vec![EmbedInput::of_carrier(id, &shape.carrier()?, config)?])
@@ -100,8 +126,12 @@ impl Inputs {
             _opened: Vec::new(),
         };
         for path in paths {
+            if !is_standard_input(path) {
+                ensure_exists(path)?;
+            }
             if !is_for_the_shared_reader(path) {
-                inputs.list.push(Input::File(path.clone()));
+                let prefix = folder_if_ambiguous(path, paths);
+                inputs.list.push(Input::File(path.clone(), prefix));
                 continue;
             }
             let args = ShapeArgs::of_path(path, execution.threads)
@@ -123,6 +153,18 @@ impl Inputs {
     pub(super) fn list(&self) -> &[Input] {
         &self.list
     }
+}
+
+/// The name of the folder of a file, if another path has the same file name without its ending.
+fn folder_if_ambiguous(path: &Path, paths: &[PathBuf]) -> Option<String> {
+    let same = paths
+        .iter()
+        .filter(|other| other.file_stem() == path.file_stem());
+    if same.count() < 2 {
+        return None;
+    }
+    let folder = path.canonicalize().ok()?.parent()?.file_name()?.to_owned();
+    Some(folder.to_string_lossy().into_owned())
 }
 
 /// Whether the reader of shapes that all verbs share takes a path: the standard input, a folder, an archive, a list, or rows of

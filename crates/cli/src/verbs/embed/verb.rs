@@ -1,6 +1,6 @@
 //! Defines the arguments of `embed`, and its loop over shapes.
 
-use super::form::{Form, Precision};
+use super::form::{Form, Precision, is_of};
 use super::index::{IndexLine, write_index};
 use super::input::{Input, Inputs};
 use super::library_model::LibraryModel;
@@ -9,8 +9,9 @@ use crate::counted::counted;
 use crate::output_folder::ensure_empty;
 use crate::run::{Execution, ExecutionArgs};
 use crate::stdout::print_result;
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result, bail, ensure};
 use partprobe_dataset::write_atomically;
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -73,13 +74,15 @@ pub(crate) fn embed(args: &EmbedArgs) -> Result<ExitCode> {
     model.ensure_fits(&args.out)?;
     let inputs = Inputs::open(&args.paths, &backbone.config, &execution)?;
     let mut lines = Vec::new();
+    let mut sources = BTreeMap::new();
     let mut n_kept = 0;
     let bar = execution.progress.bar("embed", inputs.list().len());
     for input in inputs.list() {
         // What cannot be read concerns one input; what cannot be written concerns all that follow.
-        match args.embedded_input(input, &backbone) {
+        match args.embedded_input(input, &backbone, &sources) {
             Ok(files) => {
                 for (id, file, bytes) in files {
+                    sources.insert(id.clone(), input.name());
                     args.write(&file, bytes.as_deref())?;
                     if lines.is_empty() {
                         model.write(&args.out)?;
@@ -125,21 +128,32 @@ fn conclude(out: &Path, lines: &[IndexLine]) -> Result<ExitCode> {
 type EmbeddedFile = (String, PathBuf, Option<Vec<u8>>);
 
 impl EmbedArgs {
-    /// The embedding files of the shapes of an input.
-    fn embedded_input(&self, input: &Input, backbone: &Backbone) -> Result<Vec<EmbeddedFile>> {
+    /// The embedding files of the shapes of an input. `sources` says which inputs of this call have which ids already.
+    fn embedded_input(
+        &self,
+        input: &Input,
+        backbone: &Backbone,
+        sources: &BTreeMap<String, String>,
+    ) -> Result<Vec<EmbeddedFile>> {
         let mut files: Vec<EmbeddedFile> = Vec::new();
         for shape in input.shapes(&backbone.config)? {
             let file = self.out.join(format!("{}.npz", shape.id));
-            if self.resume && file.exists() {
+            if let Some(other) = sources.get(&shape.id) {
+                bail!(
+                    "{other} has the same id, {}; rename one of the two files",
+                    shape.id
+                );
+            }
+            ensure!(
+                files.iter().all(|(id, ..)| *id != shape.id),
+                "two of its shapes have the id {}",
+                shape.id
+            );
+            // A file of another shape under this name is an older version of the input.
+            if self.resume && file.exists() && is_of(&file, &shape)? {
                 files.push((shape.id, file, None));
                 continue;
             }
-            let is_there = file.exists() || files.iter().any(|(_, other, _)| *other == file);
-            ensure!(
-                !is_there,
-                "{} is there already; choose another --out for shapes of one name, or continue with --resume",
-                file.display()
-            );
             let bytes = self.form.file(&shape, backbone, self.dtype)?;
             files.push((shape.id, file, Some(bytes)));
         }

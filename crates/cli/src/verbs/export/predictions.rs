@@ -11,6 +11,7 @@ use super::predicted_labels::PredictedLabels;
 use super::session::ExportSession;
 use super::shape_line::ShapeLine;
 use crate::backbone::{Backbone, BackboneArgs};
+use crate::counted::counted;
 use crate::points::points_of;
 use crate::run::npz_bytes;
 use crate::shape_input::ShapeInput;
@@ -167,11 +168,17 @@ impl Prediction<'_> {
         let config = &self.backbone.config;
         let sample = points_of(&carrier.meta().id, carrier, &config.sample)?;
         let (tokens, embeddings) = self.backbone.embedded(&sample)?;
+        let n_parts = self.n_parts(carrier)?;
+        ensure!(
+            n_parts <= tokens.multiplicity.len(),
+            "it has {}, too few for {n_parts} parts; give a smaller --k",
+            counted(tokens.multiplicity.len(), "token", "tokens")
+        );
         let clusterer = (self.clusterer.make)(&config.eval.clusterer_settings());
         let clusters = clusterer.cluster(
             &embeddings,
             &tokens.multiplicity,
-            self.n_parts(carrier)?,
+            n_parts,
             config.eval.seed,
             &shape.id,
         )?;

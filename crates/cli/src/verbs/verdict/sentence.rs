@@ -69,7 +69,12 @@ impl Finding<'_> {
         match self.look.needed() {
             Needed::Seeds(n) => {
                 let hours = self.time_per_seed.as_secs_f64() * n as f64 / 3600.0;
-                format!("it needs about {hours:.1} hours, for {n} seeds of each source")
+                let time = if hours < 1.0 {
+                    format!("{:.0} minutes", (60.0 * hours).ceil())
+                } else {
+                    format!("{hours:.1} hours")
+                };
+                format!("it needs about {time}, for {n} seeds of each source")
             }
             Needed::Shapes(n) => format!(
                 "it needs about {n} held-out shapes, since more hours on these {} would not do",

@@ -201,10 +201,17 @@ impl<'a> Session<'a> {
     fn updates(&self, begun: Instant) -> Result<usize> {
         let config_file = self.root.join("run/config.toml");
         if config_file.exists() {
-            return Ok(load(&config_file.to_string_lossy(), &[])?
+            let steps = load(&config_file.to_string_lossy(), &[])?
                 .config
                 .train
-                .steps);
+                .steps;
+            ensure!(
+                self.args.updates.is_none_or(|updates| updates == steps),
+                UsageError(format!(
+                    "this verdict trains with {steps} updates; resume it without --updates, or choose another --out"
+                ))
+            );
+            return Ok(steps);
         }
         if let Some(n_updates) = self.args.updates {
             return Ok(n_updates);
@@ -225,6 +232,7 @@ impl<'a> Session<'a> {
     /// Trains a little in a folder that is removed.
     fn speed(&self) -> Result<Speed> {
         let path = self.root.join("speed");
+        let is_new = !self.root.exists();
         let loaded = self.config(SPEED_UPDATES)?;
         if path.exists() {
             fs::remove_dir_all(&path)?;
@@ -241,6 +249,10 @@ impl<'a> Session<'a> {
         drop(run);
         drop(folder);
         fs::remove_dir_all(&path)?;
+        if is_new {
+            // Nothing is left if the budget turns out to be too small; what else was made here stays.
+            let _ = fs::remove_dir(self.root);
+        }
         Ok(speed)
     }
 
