@@ -576,7 +576,7 @@ fn weights_that_would_make_a_comparison_unfair_start_no_training() {
         "net",
         &["net.embedding_dim=64"],
         1,
-        "train.init: run/checkpoints/step-parts-0/model.safetensors|the config inside the file differs",
+        "train.init: run/checkpoints/step-parts-0/model.safetensors|net.embedding_dim is 128 in the file and 64 here",
     );
     check_started(
         &fixture,

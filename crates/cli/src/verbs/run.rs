@@ -4,9 +4,9 @@ use crate::config::{Config, DataSource, load};
 use crate::given_path::ensure_exists;
 use crate::label::{LabelJob, label_paths};
 use crate::run::{
-    Execution, ExecutionArgs, Run, RunFolder, RunRecord, TrainingArgs, checked_expectations,
-    ensure_frozen_parts, ensure_settings_of, named_sources, remember_data, settings_of, today,
-    with_data,
+    EndpointTables, Execution, ExecutionArgs, Run, RunFolder, RunRecord, TrainingArgs,
+    checked_expectations, ensure_frozen_parts, ensure_settings_of, named_sources, page_of_run,
+    remember_data, settings_of, today, with_data,
 };
 use crate::usage::{UsageError, as_usage_error};
 use crate::verbs::synth::write_parts;
@@ -116,9 +116,15 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode> {
         timed.stage(&name, || run.train(&supervision, seed, &args.training))?;
     }
     let rows = timed.stage("evaluate", || run.evaluate())?;
+    timed.record.write(&folder)?;
     let results = run.write_results(&rows)?;
+    if loaded.config.endpoints.is_empty() {
+        return run.print_results(&results, EndpointTables::default());
+    }
     let endpoints = timed.stage("endpoints", || run.evaluate_endpoints())?;
     timed.record.write(&folder)?;
+    // The page names the stages, and there is one more now.
+    folder.write("report.html", page_of_run(&folder, None)?.as_bytes())?;
     run.print_results(&results, endpoints)
 }
 

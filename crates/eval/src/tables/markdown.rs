@@ -258,7 +258,7 @@ Scored against `step-parts`, clusters by k-means:
 | A/A `step-parts, seed 0` − `step-parts, seed 1` | -0.125 [-0.125, -0.125] | -0.062 [-0.062, -0.062] | +0.000 [+0.000, +0.000] | +0.000 [+0.000, +0.000] |  |  |  |  |  | 3 |
 | A/A `brep-face, seed 0` − `brep-face, seed 1` | -0.125 [-0.125, -0.125] | -0.062 [-0.062, -0.062] | +0.000 [+0.000, +0.000] | +0.000 [+0.000, +0.000] |  |  |  |  |  | 3 |
 
-Δ `step-parts` − `brep-face`: 3 shapes in 2 groups of related shapes (effectively 1.8) resolve a difference of mIoU of ±0.000. About 1 such shapes would resolve ±0.02.
+Δ `step-parts` − `brep-face`: 3 shapes in 2 groups of related shapes (effectively 1.8) resolve a difference of mIoU of ±0.000.
 
 θ 8°.
 

@@ -83,14 +83,21 @@ fn stored_tables(scored: &ScoredRun, config: &Config, split: Option<&SplitFile>)
 /// # Errors
 /// If the folder is not a scored run, or a file of it cannot be read.
 pub(crate) fn page_of_folder(root: &Path, data: Option<&Path>) -> Result<String> {
-    let scored = ScoredRun::read(root)?;
-    let folder = RunFolder::existing(root)?;
+    page_of_run(&RunFolder::existing(root)?, data)
+}
+
+/// The same for a folder that is open already.
+///
+/// # Errors
+/// As for [`page_of_folder`].
+pub(crate) fn page_of_run(folder: &RunFolder, data: Option<&Path>) -> Result<String> {
+    let scored = ScoredRun::read(folder.root())?;
     let config_file = folder.path("config.toml").to_string_lossy().into_owned();
     let config = load(&config_file, &[])?.config;
     // The page of a run of an earlier version does not say which shapes were left out, rather than not be made.
-    let split = SplitFile::read(&folder, &config).ok().flatten();
+    let split = SplitFile::read(folder, &config).ok().flatten();
     let tables = stored_tables(&scored, &config, split.as_ref())?;
-    let figures = training_figures(&folder, &config)?;
+    let figures = training_figures(folder, &config)?;
     let outcomes = checked_expectations(&config)?.evaluate(&tables, &figures)?;
     let summary = split.map_or_else(String::new, |split| split.selection.to_string());
     let scores = PageScores {
@@ -99,7 +106,7 @@ pub(crate) fn page_of_folder(root: &Path, data: Option<&Path>) -> Result<String>
         outcomes: &outcomes,
         summary: &summary,
     };
-    page(&folder, &config, &scores, &FaceSource::of(&folder, data)?)
+    page(folder, &config, &scores, &FaceSource::of(folder, data)?)
 }
 
 /// The name of the folder.

@@ -1,7 +1,6 @@
 //! Turns files with a surface or points, and the shapes of folders and data sets, into the point samples that a backbone embeds.
 
 use crate::config::{Attribute, Config, NormalConfig};
-use crate::given_path::ensure_exists;
 use crate::label::carriers_of_path;
 use crate::points::points_of;
 use crate::run::Execution;
@@ -126,9 +125,6 @@ impl Inputs {
             _opened: Vec::new(),
         };
         for path in paths {
-            if !is_standard_input(path) {
-                ensure_exists(path)?;
-            }
             if !is_for_the_shared_reader(path) {
                 let prefix = folder_if_ambiguous(path, paths);
                 inputs.list.push(Input::File(path.clone(), prefix));
@@ -188,6 +184,7 @@ fn is_for_the_shared_reader(path: &Path) -> bool {
 /// # Errors
 /// If the file cannot be read, is of no known kind, or holds nothing that could be embedded.
 pub(super) fn shapes_of_path(path: &Path, config: &Config) -> Result<Vec<EmbedInput>> {
+    ensure!(path.exists(), "it does not exist");
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
     let id = path
