@@ -26,6 +26,8 @@ DATASETS = {
     "fusion": (("fusion",), ()),
 }
 SEEDS = "compare.seeds=[0,1,2]"
+# Of the endpoints alone: there are ten of them, and one backbone is scored like the other.
+RESTARTS = "eval.restarts=3"
 # The points of the learning curve: how they differ from the whole training.
 CURVE = {
     "quarter-of-updates": (SEEDS, "train.steps=625", "train.valid_every=625"),
@@ -33,7 +35,7 @@ CURVE = {
 }
 # Data sets of shapes with features: at most so many shapes (0: all), and whether there are enough groups for a probe. All files of
 # Fusion 360 are of one repository.
-FEATURES = {"mfcad": (300, True), "fusion": (0, False)}
+FEATURES = {"mfcad": (150, True), "fusion": (0, False)}
 
 
 def endpoints(out):
@@ -83,13 +85,20 @@ class Study:
             self.call("run", CONFIG, *data, settings=(*self.sources[:1], *settings))
         return folder
 
+    def report(self, folder, *words):
+        """What the program says of a finished run, with its statistics of today."""
+        return subprocess.run([str(self.program), "report", str(folder), *words], check=True, capture_output=True, text=True).stdout
+
+    def tables(self, folder):
+        return json.loads(self.report(folder, "--json"))["tables"]
+
     def score_endpoints(self, run):
         """A copy of a run, whose backbones of three seeds are scored under all conditions."""
         folder = self.out / "conditions"
         if not folder.exists():
             shutil.copytree(run, folder, ignore=shutil.ignore_patterns("predictions", "test", "scores.jsonl", "report.html"))
         if not (folder / "endpoints" / "fusion" / "tables.json").exists():
-            self.call("eval", folder, "--jobs", "1", settings=(*self.sources, SEEDS, endpoints(self.out)))
+            self.call("eval", folder, "--jobs", "1", settings=(*self.sources, SEEDS, RESTARTS, endpoints(self.out)))
         return folder
 
 
@@ -97,6 +106,7 @@ CONFIG = pathlib.Path(__file__).resolve().parents[1] / "configs/label-pair.toml"
 
 
 def tables_of(folder):
+    """The tables of an endpoint."""
     return json.loads((folder / "tables.json").read_text())
 
 
@@ -129,12 +139,12 @@ def difference_of(tables, reference, clusterer, metric="miou"):
     return f"{difference['mean']:+.3f}{bounds}"
 
 
-def print_curve(runs):
+def print_curve(study, runs):
     print("Learning curve, mIoU by k-means with the true number of parts:\n")
     print("| training shapes | updates | seeds | scored against | `step-parts` | `aagnet` | Δ | Δ behind mean shift |")
     print("|---:|---:|---:|---|---:|---:|---:|---:|")
     for folder in runs:
-        tables = tables_of(folder)
+        tables = study.tables(folder)
         n_shapes = len(json.loads((folder / "split.json").read_text())["train"])
         n_updates = max(json.loads(line).get("step", 0) for line in (folder / "log.jsonl").open())
         for reference in SOURCES:
@@ -145,13 +155,13 @@ def print_curve(runs):
     print()
 
 
-def print_endpoints(folder):
+def print_endpoints(study, folder):
     print("Endpoints, mIoU by k-means with the true number of parts:\n")
     print("| endpoint | scored against | `step-parts` | `aagnet` | Δ | `growing-20` | `no-network` | `untrained` | shapes |")
     print("|---|---|---:|---:|---:|---:|---:|---:|---:|")
     names = ("T1", "T2", "analytic-normals", "positions-only", "noise", "plain-voxels")
     for name, place in [("as trained", folder), *((name, folder / "endpoints" / name) for name in names)]:
-        tables = tables_of(place)
+        tables = study.tables(place) if place == folder else tables_of(place)
         for reference in SOURCES:
             means = [mean_of(tables, source, reference, "k-means") for source in (*SOURCES, "growing-20", "no-network", "untrained")]
             cells = " | ".join([*means[:2], difference_of(tables, reference, "k-means"), *means[2:]])
@@ -168,21 +178,26 @@ def print_features(folder):
         place = folder / "endpoints" / name
         probe_file = place / "probe.json"
         tables, probes = tables_of(place), json.loads(probe_file.read_text())["rows"] if probe_file.exists() else []
+        if probes:
+            majority = probes[0]["scores"]["majority"]
+            cells = [shown(majority["accuracy"])] * 2 + [shown(majority["balanced_accuracy"])]
+            print(f"| {name} | the most frequent class | – | – | {' | '.join(cells)} | – | – |")
         for supervision in (*SOURCES, "untrained", "random-fourier", "no-network", "growing-20"):
             row = row_of(tables, supervision, f"{name}-features", "k-means")
-            scores = [probe["scores"] for probe in probes if probe["name"] == supervision]
+            scores = [probe["scores"] for probe in probes if probe["supervision"] == supervision]
             mean = lambda kind, key: shown(sum(score[kind][key] for score in scores) / len(scores) if scores else None)
             cells = [shown(row["means"].get("asa")), shown(row["means"]["miou"]), mean("linear", "accuracy"), mean("nearest", "accuracy")]
-            cells += [mean("linear", "balanced"), f"{scores[0]['n_learned']}, {scores[0]['n_scored']}" if scores else "–"]
+            cells += [mean("linear", "balanced_accuracy"), f"{scores[0]['n_learned']}, {scores[0]['n_scored']}" if scores else "–"]
             print(f"| {name} | `{supervision}` | {' | '.join(cells)} | {row['n_shapes']} |")
     print()
 
 
-def print_primary(folder):
-    """The primary endpoints and what follows them, as the run printed them."""
-    lines = (folder / "tables.md").read_text().splitlines()
+def print_primary(study, folder):
+    """The primary endpoints and what follows them."""
+    lines = study.report(folder).splitlines()
     start = next(idx for idx, line in enumerate(lines) if line.startswith("Primary endpoints"))
-    print("\n".join(lines[start:]))
+    end = next(idx for idx, line in enumerate(lines) if line.startswith("Means are over"))
+    print("\n".join(lines[start : end + 1]))
 
 
 def main():
@@ -199,10 +214,10 @@ def main():
     runs = [study.run(name, settings) for name, settings in CURVE.items()]
     conditions = study.score_endpoints(whole)
 
-    print_curve([*runs, whole])
-    print_primary(whole)
+    print_curve(study, [*runs, whole])
+    print_primary(study, whole)
     print()
-    print_endpoints(conditions)
+    print_endpoints(study, conditions)
     print_features(conditions)
     return 0
 
