@@ -727,6 +727,29 @@ fn runs_are_listed_and_reported_together() {
         "once in each table: {report}"
     );
     fixture.check(&["report", "run", "run"], 2, "two runs are called run");
+
+    // The same name and the same reference, but another mesh or other labels.
+    let text = String::from_utf8(fixture.read("copy/split.json")).unwrap();
+    let mut split: Value = serde_json::from_str(&text).unwrap();
+    let id = split["test"][0].as_str().unwrap().to_owned();
+    split["shapes"][&id]["content_hash"] = "other".into();
+    fs::write(fixture.path("copy/split.json"), split.to_string()).unwrap();
+    let report = fixture.check(&["report", "run", "copy"], 0, "");
+    let told = "1 shape is left out, whose mesh or labels differ between the runs";
+    assert!(report.contains(told), "{report}");
+    for shape in split["shapes"].as_object_mut().unwrap().values_mut() {
+        shape["content_hash"] = "other".into();
+    }
+    fs::write(fixture.path("copy/split.json"), split.to_string()).unwrap();
+    fixture.check(
+        &["report", "run", "copy"],
+        1,
+        "no test shape in common with the same mesh and the same labels",
+    );
+    // The tables of one run are those that it printed.
+    let alone = fixture.check(&["report", "run"], 0, "");
+    let tables = String::from_utf8(fixture.read("run/tables.md")).unwrap();
+    assert!(alone.starts_with(tables.trim_end()), "{alone}");
 }
 
 /// Takes the faces out of the files of test shapes, which earlier versions did not store.

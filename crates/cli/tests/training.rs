@@ -427,6 +427,33 @@ fn anything_with_a_surface_or_points_is_embedded() {
         &fixture.program(&["embed", &weights, "a.stl", "--out", "x", "--seed", "1"]),
         2,
     );
+
+    // Two files of one name, of which one changes before the call is resumed.
+    for folder in ["one", "two"] {
+        fs::create_dir(fixture.path(folder)).unwrap();
+    }
+    fs::write(fixture.path("one/x.obj"), obj()).unwrap();
+    fs::write(fixture.path("two/x.stl"), stl()).unwrap();
+    let twins = [
+        "embed",
+        &weights,
+        "one/x.obj",
+        "two/x.stl",
+        "--out",
+        "twins",
+    ];
+    assert_code(&fixture.program(&twins), 0);
+    let file = |name: &str| fs::read(fixture.path("twins").join(name)).unwrap();
+    let before = ["one__x.npz", "two__x.npz"].map(file);
+    let larger = obj().replace("v 1", "v 2");
+    assert_ne!(larger, obj());
+    fs::write(fixture.path("one/x.obj"), larger).unwrap();
+    let output = fixture.program(&[&twins[..], &["--resume"]].concat());
+    assert_code(&output, 0);
+    let told = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(told.contains("1 file was there already"), "{told}");
+    let after = ["one__x.npz", "two__x.npz"].map(file);
+    assert!(after[0] != before[0] && after[1] == before[1]);
     assert_code(
         &fixture.program(&["embed", "first", "e.ply", "--out", "x"]),
         1,

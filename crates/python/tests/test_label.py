@@ -147,6 +147,8 @@ class Options(unittest.TestCase):
         fine = partprobe.label(STEP, chord_fraction=0.0005, angle_rad=0.1)
         self.assertGreater(fine.n_triangles, partprobe.label(STEP).n_triangles)
         self.assertEqual(partprobe.label(STEP, layers=["brep-face"]).layers, ("brep-face", "step-parts", "step-parts-raw"))
+        raw = partprobe.label(STEP).labels("step-parts-raw", on="faces")
+        self.assertEqual(raw.shape, partprobe.label(STEP).face_area.shape)
         self.assertEqual(partprobe.label(STEP, theta_deg=3.0).meta["theta_deg"], 3.0)
 
 

@@ -53,6 +53,10 @@ class Embeddings(unittest.TestCase):
             self.assertEqual(finished.returncode, 0, finished.stderr)
             np.testing.assert_array_equal(np.load(out / "bracket.npz")["embeddings"], self.model.embed(self.carrier))
 
+    def test_without_a_seed_the_lowest_one_is_taken(self):
+        first = partprobe.Model(RUN, supervision="step-parts", seed=0)
+        self.assertEqual(self.model.path, first.path)
+
     def test_a_model_can_be_pickled(self):
         again = pickle.loads(pickle.dumps(self.model))
         self.assertEqual(repr(again), repr(self.model))
