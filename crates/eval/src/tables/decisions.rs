@@ -5,6 +5,9 @@ use crate::metric::Metric;
 use crate::paired::{Difference, SIGNIFICANCE};
 use std::fmt::Write as _;
 
+/// Secondary differences are named up to this number, and counted beyond.
+const MAX_NAMED: usize = 10;
+
 impl Tables {
     /// A Markdown section with the primary endpoints, and the secondary ones that are more than chance. It is empty if no difference
     /// has an interval.
@@ -73,15 +76,19 @@ fn push_secondary(text: &mut String, secondary: &[(&DifferenceRow, Metric, &Diff
         return;
     }
     let is_found = |found: &Difference| found.adjusted_p.is_some_and(|p| p < SIGNIFICANCE);
-    let found: Vec<String> = secondary
+    let mut found: Vec<String> = secondary
         .iter()
         .filter(|(_, _, found)| is_found(found))
         .map(|(row, metric, found)| format!("{} {:+.3}", name(row, *metric), found.mean))
         .collect();
+    let n_found = found.len();
+    if n_found > MAX_NAMED {
+        found.truncate(MAX_NAMED);
+        found.push(format!("and {} more", n_found - MAX_NAMED));
+    }
     let _ = writeln!(
         text,
-        "\n{} of {} secondary differences have a corrected p below {SIGNIFICANCE}{}{}.",
-        found.len(),
+        "\n{n_found} of {} secondary differences have a corrected p below {SIGNIFICANCE}{}{}.",
         secondary.len(),
         if found.is_empty() { "" } else { ": " },
         found.join("; ")
