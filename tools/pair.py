@@ -19,7 +19,6 @@ SOURCES = ("step-parts", "aagnet")
 # Data sets by name: the groups that are labeled, and the settings.
 DATASETS = {
     "solids": (GROUPS, ("label.unit=solid",)),
-    "t1": (GROUPS, ("label.unit=solid", "label.chord_fraction=0.001", "label.angle_rad=0.15")),
     "t2": (GROUPS, ("label.unit=solid", "label.chord_fraction=0.004", "label.angle_rad=0.6")),
     "analytic": (GROUPS, ("label.unit=solid", 'label.attributes=["normal"]')),
     "mfcad": (("mfcad",), ()),
@@ -41,7 +40,6 @@ FEATURES = {"mfcad": (150, True), "fusion": (0, False)}
 def endpoints(out):
     """The conditions of the endpoints, as a setting."""
     tables = [
-        {"name": "T1", "data": str(out / "t1")},
         {"name": "T2", "data": str(out / "t2")},
         {"name": "analytic-normals", "data": str(out / "analytic"), "normals": "analytic"},
         {"name": "positions-only", "normals": "none"},
@@ -159,7 +157,7 @@ def print_endpoints(study, folder):
     print("Endpoints, mIoU by k-means with the true number of parts:\n")
     print("| endpoint | scored against | `step-parts` | `aagnet` | Δ | `growing-20` | `no-network` | `untrained` | shapes |")
     print("|---|---|---:|---:|---:|---:|---:|---:|---:|")
-    names = ("T1", "T2", "analytic-normals", "positions-only", "noise", "plain-voxels")
+    names = ("T2", "analytic-normals", "positions-only", "noise", "plain-voxels")
     for name, place in [("as trained", folder), *((name, folder / "endpoints" / name) for name in names)]:
         tables = study.tables(place) if place == folder else tables_of(place)
         for reference in SOURCES:
