@@ -11,9 +11,9 @@ mod folder;
 use fixture::{Fixture, assert_code};
 use folder::contents;
 use partprobe_carrier::{Carrier, GIVEN};
-use partprobe_formats::{arrays_from_npz, carrier_from_npz};
+use partprobe_formats::{arrays_from_npz, carrier_from_npz, points_from_ply};
 use partprobe_net::{Backend, ModelFile};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::Path;
 
@@ -177,7 +177,26 @@ fn step_files_meshes_and_clouds_are_prepared_as_the_training_was() {
         assert_eq!(carrier.layer("predicted"), carrier.layer(GIVEN));
         assert!((1..=2).contains(&carrier.n_parts()), "{name}");
         assert!(!fixture.path("two").join(format!("{name}.seg")).exists());
+        let file = format!("two/{name}.npz");
+        let out = format!("ply-{name}");
+        let export = [
+            "export",
+            "ply",
+            &file,
+            "--label",
+            "predicted",
+            "--out",
+            &out,
+        ];
+        assert_code(&fixture.program(&export), 0);
     }
+    // A cloud has its points, with the predicted parts.
+    let ply = fs::read(fixture.path("ply-cloud/cloud.ply")).unwrap();
+    let cloud = points_from_ply(&ply).unwrap();
+    assert_eq!((cloud.points.len(), cloud.parts.len()), (60, 60));
+    let parts: BTreeSet<i32> = cloud.parts.into_iter().collect();
+    let predicted = carrier(&fixture.path("two/cloud.npz"));
+    assert_eq!(parts.len(), predicted.n_parts());
 
     let step = fs::read_dir(fixture.path("first/data/step"))
         .unwrap()

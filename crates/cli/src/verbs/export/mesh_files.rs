@@ -7,7 +7,8 @@ use crate::shape_input::ShapeInput;
 use anyhow::{Result, ensure};
 use partprobe_carrier::{Carrier, ShapeKind};
 use partprobe_formats::{
-    GlbNodes, LabeledMesh, carrier_to_glb, integer_lines, mesh_to_obj, mesh_to_ply,
+    GlbNodes, LabeledMesh, PlyPoints, carrier_to_glb, colored_points_to_ply, integer_lines,
+    mesh_to_obj, mesh_to_ply,
 };
 use partprobe_render::FaceLabel;
 use serde::Serialize;
@@ -77,7 +78,7 @@ pub(super) struct ObjArgs {
 fn ensure_surface(carrier: &Carrier) -> Result<()> {
     ensure!(
         carrier.kind() != ShapeKind::Cloud,
-        "it is a point cloud without triangles; `partprobe sample --format ply` writes its points"
+        "it is a point cloud without triangles; `partprobe export ply` writes its points"
     );
     Ok(())
 }
@@ -120,10 +121,13 @@ impl ShapeExporter for PlyArgs {
         json!({ "vertices": self.vertices })
     }
 
-    /// `<stem>.ply`.
+    /// `<stem>.ply`, a mesh, or the points of a cloud.
     fn files(&self, shape: &ShapeInput, carrier: &Carrier) -> Result<Files> {
-        ensure_surface(carrier)?;
         let label = &self.common.label;
+        if carrier.kind() == ShapeKind::Cloud {
+            let bytes = labeled_cloud(carrier, label)?;
+            return Ok(vec![(with_suffix(&shape.stem, "ply"), bytes)]);
+        }
         let mesh = labeled_mesh(
             carrier,
             &label.parts_of_faces(carrier)?,
@@ -166,6 +170,30 @@ impl ShapeExporter for ObjArgs {
             ),
         ])
     }
+}
+
+/// The points of a cloud with a number and a color each, as a PLY file.
+///
+/// # Errors
+/// If the carrier does not have the label layer.
+fn labeled_cloud(carrier: &Carrier, label: &FaceLabel) -> Result<Vec<u8>> {
+    let (mesh, parts, colors) = (
+        carrier.mesh(),
+        label.parts_of_faces(carrier)?,
+        label.colors_of_faces(carrier)?,
+    );
+    let faces = || mesh.vertex_face.iter().map(|&face| face as usize);
+    let points = PlyPoints {
+        points: mesh
+            .vertices
+            .iter()
+            .map(|point| point.map(|x| x as f32))
+            .collect(),
+        normals: mesh.vertex_normal.clone(),
+        parts: faces().map(|face| parts[face]).collect(),
+    };
+    let colors: Vec<[u8; 3]> = faces().map(|face| colors[face]).collect();
+    Ok(colored_points_to_ply(&points, &colors))
 }
 
 /// The mesh with a number and a color on each triangle.
