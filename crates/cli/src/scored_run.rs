@@ -3,7 +3,7 @@
 use crate::given_path::ensure_exists;
 use anyhow::{Context, Result};
 use partprobe_eval::ScoreRow;
-use serde_json::Value;
+use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
@@ -14,8 +14,8 @@ pub(crate) struct ScoredRun {
     pub(crate) rows: Vec<ScoreRow>,
     /// The label sources that it was trained on, in the order of its config.
     pub(crate) supervision: Vec<String>,
-    /// The hash of the carrier of each shape, with its labels, and of labels that were imported. Runs of earlier programs have none.
-    pub(crate) shape_hashes: BTreeMap<String, String>,
+    /// What each shape was. Runs of earlier programs do not say it.
+    pub(crate) shape_hashes: BTreeMap<String, ShapeHashes>,
     /// The tables of its config that decide how backbones are scored.
     pub(crate) settings: BTreeMap<&'static str, toml::Value>,
 }
@@ -70,25 +70,41 @@ impl ScoredRun {
     }
 }
 
+/// What a shape was in a run.
+#[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Deserialize)]
+pub(crate) struct ShapeHashes {
+    /// The hash of its carrier: mesh, faces, labels and settings.
+    content_hash: String,
+    /// The hash of the labels that were imported for it, by source.
+    #[serde(default)]
+    imported: BTreeMap<String, String>,
+}
+
+impl ShapeHashes {
+    /// What decides the labels of a source.
+    pub(crate) fn of_labels(&self, source: &str) -> (&str, Option<&str>) {
+        (
+            &self.content_hash,
+            self.imported.get(source).map(String::as_str),
+        )
+    }
+}
+
+/// What is read of `split.json`.
+#[derive(Deserialize)]
+struct StoredSplit {
+    #[serde(default)]
+    shapes: BTreeMap<String, ShapeHashes>,
+}
+
 /// What `split.json` says of each shape; nothing if there is no such file.
-fn shape_hashes(run: &Path) -> Result<BTreeMap<String, String>> {
+fn shape_hashes(run: &Path) -> Result<BTreeMap<String, ShapeHashes>> {
     let file = run.join("split.json");
     if !file.exists() {
         return Ok(BTreeMap::new());
     }
     let text = fs::read_to_string(&file).with_context(|| format!("reading {}", file.display()))?;
-    let split: Value = serde_json::from_str(&text).with_context(|| file.display().to_string())?;
-    let shapes = split.get("shapes").and_then(Value::as_object);
-    let hash = |shape: &Value| {
-        let content = shape.get("content_hash")?.as_str()?;
-        let imported = shape
-            .get("imported")
-            .map_or_else(String::new, Value::to_string);
-        Some(format!("{content} {imported}"))
-    };
-    let hashes = shapes
-        .into_iter()
-        .flatten()
-        .filter_map(|(id, shape)| Some((id.clone(), hash(shape)?)));
-    Ok(hashes.collect())
+    let split: StoredSplit =
+        serde_json::from_str(&text).with_context(|| file.display().to_string())?;
+    Ok(split.shapes)
 }

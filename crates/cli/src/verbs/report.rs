@@ -77,7 +77,7 @@ pub(crate) fn report(args: &ReportArgs) -> Result<()> {
     let of_name = common_shapes(&runs);
     let common: BTreeSet<Key<'_>> = of_name
         .iter()
-        .filter(|(shape, _)| is_same(&runs, shape))
+        .filter(|(shape, reference)| is_same(&runs, shape, reference))
         .copied()
         .collect();
     let n_others = distinct_shapes(&of_name) - distinct_shapes(&common);
@@ -138,10 +138,11 @@ fn distinct_shapes(keys: &BTreeSet<Key<'_>>) -> usize {
     shapes.len()
 }
 
-/// Whether a shape has the same mesh and the same labels in all runs that say what it was.
-fn is_same(runs: &[ScoredRun], shape: &str) -> bool {
+/// Whether a shape has the same mesh and the same labels by the reference in all runs that say what it was.
+fn is_same(runs: &[ScoredRun], shape: &str, reference: &str) -> bool {
     let hashes = runs.iter().filter_map(|run| run.shape_hashes.get(shape));
-    hashes.collect::<BTreeSet<_>>().len() <= 1
+    let of_labels = hashes.map(|hashes| hashes.of_labels(reference));
+    of_labels.collect::<BTreeSet<_>>().len() <= 1
 }
 
 /// The settings of the scoring that differ between the runs, as a sentence; `None` if there are none.

@@ -168,12 +168,7 @@ impl Prediction<'_> {
         let config = &self.backbone.config;
         let sample = points_of(&carrier.meta().id, carrier, &config.sample)?;
         let (tokens, embeddings) = self.backbone.embedded(&sample)?;
-        let n_parts = self.n_parts(carrier)?;
-        ensure!(
-            n_parts <= tokens.multiplicity.len(),
-            "it has {}, too few for {n_parts} parts; give a smaller --k",
-            counted(tokens.multiplicity.len(), "token", "tokens")
-        );
+        let n_parts = self.n_parts(carrier, tokens.multiplicity.len())?;
         let clusterer = (self.clusterer.make)(&config.eval.clusterer_settings());
         let clusters = clusterer.cluster(
             &embeddings,
@@ -212,17 +207,25 @@ impl Prediction<'_> {
         Ok(files)
     }
 
-    fn n_parts(&self, carrier: &Carrier) -> Result<usize> {
+    /// The number of parts that the clustering is asked for: at most one per token.
+    fn n_parts(&self, carrier: &Carrier, n_tokens: usize) -> Result<usize> {
         match self.k {
             // A clustering that finds the number does not look at it.
             PartCount::Auto => Ok(1),
-            PartCount::Fixed(n) => Ok(n),
+            PartCount::Fixed(n) => {
+                ensure!(
+                    n <= n_tokens,
+                    "it has {}, too few for {n} parts; give a smaller --k",
+                    counted(n_tokens, "token", "tokens")
+                );
+                Ok(n)
+            }
             PartCount::StepParts => {
                 ensure!(
                     carrier.kind() == ShapeKind::Brep,
                     "it has no B-Rep, so the part rule finds no parts; give --k a number, or `auto`"
                 );
-                Ok(carrier.n_parts().max(1))
+                Ok(carrier.n_parts().clamp(1, n_tokens.max(1)))
             }
         }
     }
