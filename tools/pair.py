@@ -159,6 +159,9 @@ def print_endpoints(study, folder):
     print("|---|---|---:|---:|---:|---:|---:|---:|---:|")
     names = ("T2", "analytic-normals", "positions-only", "noise", "plain-voxels")
     for name, place in [("as trained", folder), *((name, folder / "endpoints" / name) for name in names)]:
+        if not (place / "tables.json").exists():
+            print(f"{name} was not scored", file=sys.stderr)
+            continue
         tables = study.tables(place) if place == folder else tables_of(place)
         for reference in SOURCES:
             means = [mean_of(tables, source, reference, "k-means") for source in (*SOURCES, "growing-20", "no-network", "untrained")]
@@ -174,6 +177,9 @@ def print_features(folder):
     print("|---|---|---:|---:|---:|---:|---:|---:|---:|")
     for name in FEATURES:
         place = folder / "endpoints" / name
+        if not (place / "tables.json").exists():
+            print(f"{name} was not scored", file=sys.stderr)
+            continue
         probe_file = place / "probe.json"
         tables, probes = tables_of(place), json.loads(probe_file.read_text())["rows"] if probe_file.exists() else []
         if probes:
