@@ -61,7 +61,7 @@ pub(crate) struct AttachArgs {
 /// If the package is damaged, or any file is not attached.
 pub(crate) fn attach(args: &AttachArgs) -> Result<()> {
     let package = LabelPackage::open(&args.package)?;
-    package.check_files()?;
+    package.check_files_without_labels()?;
     let config = config_of(&package)?;
     warn_of_other_version(&package);
     let released = Arc::new(ReleasedLabels::open(package)?);

@@ -84,14 +84,10 @@ pub(crate) fn report(args: &ReportArgs) -> Result<()> {
     ensure!(
         !common.is_empty(),
         "the runs have no test shape in common with the same mesh and the same labels{}",
-        if n_others > 0 {
-            format!(
-                "; {} differ in one of them",
-                counted(n_others, "shape", "shapes")
-            )
-        } else {
-            String::new()
-        }
+        if_any(n_others, |n| format!(
+            "; {} differ in one of them",
+            counted(n, "shape", "shapes")
+        ))
     );
 
     let rows = joined_rows(&runs, &common);
@@ -111,16 +107,17 @@ pub(crate) fn report(args: &ReportArgs) -> Result<()> {
         1 => print_result(format_args!("Over {n_shapes} of the run.")),
         n => print_result(format_args!(
             "Over {n_shapes} that all {n} runs were scored on{}.",
-            if n_others > 0 {
-                format!(
-                    "; {} left out, whose mesh or labels differ between the runs",
-                    counted(n_others, "shape is", "shapes are")
-                )
-            } else {
-                String::new()
-            }
+            if_any(n_others, |n| format!(
+                "; {} left out, whose mesh or labels differ between the runs",
+                counted(n, "shape is", "shapes are")
+            ))
         )),
     }
+}
+
+/// A text about so many, and nothing if there are none.
+fn if_any(n: usize, text: impl Fn(usize) -> String) -> String {
+    if n > 0 { text(n) } else { String::new() }
 }
 
 /// The tables of one run as it was compared, or of several runs.
