@@ -62,29 +62,10 @@ pub(crate) fn source_labels(
     source: &str,
     seed: u64,
 ) -> Result<SourceLabels, SourceError> {
-    source_named(source)?.labels(carrier, seed)
-}
-
-/// The labels on triangles or on faces, as an array.
-///
-/// # Errors
-/// `UsageError` if they are not constant on faces.
-fn labels_on<'py>(
-    py: Python<'py>,
-    labels: &SourceLabels,
-    source: &str,
-    on: &str,
-) -> PyResult<Bound<'py, PyAny>> {
-    let values = match (on, labels.of_faces()) {
-        ("triangles", _) => labels.of_triangles().of_triangle(),
-        (_, Some(layer)) => layer.of_face(),
-        (_, None) => {
-            return Err(usage(format!(
-                "the labels of `{source}` are not constant on faces; use on=\"triangles\""
-            )));
-        }
-    };
-    shaped(py, widened(values), vec![values.len()])
+    match (source_named(source), carrier.layer(source)) {
+        (Err(_), Some(layer)) => Ok(SourceLabels::on_faces(carrier.mesh(), layer.of_face())),
+        (found, _) => found?.labels(carrier, seed),
+    }
 }
 
 /// The carrier in a file.
@@ -370,8 +351,8 @@ impl PyCarrier {
 
     /// The labels that a source gives, without gaps from 0; -1 where it gives none.
     ///
-    /// `source` is one of `sources()`, for example "normal-kmeans-20", or one of `layers`. `on` is "triangles", int64 (T,), or "faces", int64 (F,).
-    /// `seed` matters to sources that draw random numbers.
+    /// `source` is one of `sources()`, for example "normal-kmeans-20", or one of `layers`. `on` is "triangles", int64 (T,), or
+    /// "faces", int64 (F,). `seed` matters to sources that draw random numbers.
     ///
     /// Raises `UsageError` if no source has the name, it cannot label this shape, or its labels are not constant on faces.
     ///
@@ -395,13 +376,17 @@ impl PyCarrier {
             )));
         }
         let (carrier, name) = (self.carrier.clone(), source.to_owned());
-        let stored = self.carrier.layer(source);
-        if let Some(layer) = stored.filter(|_| source_named(source).is_err()) {
-            let labels = SourceLabels::on_faces(self.carrier.mesh(), layer.of_face());
-            return labels_on(py, &labels, source, on);
-        }
         let labels = compute(py, move || source_labels(&carrier, &name, seed))?.map_err(usage)?;
-        labels_on(py, &labels, source, on)
+        let values = match (on, labels.of_faces()) {
+            ("triangles", _) => labels.of_triangles().of_triangle(),
+            (_, Some(layer)) => layer.of_face(),
+            (_, None) => {
+                return Err(usage(format!(
+                    "the labels of `{source}` are not constant on faces; use on=\"triangles\""
+                )));
+            }
+        };
+        shaped(py, widened(values), vec![values.len()])
     }
 
     /// Draws `n` points uniformly by area. The points are those of `partprobe sample` with the same seed and id.

@@ -149,6 +149,8 @@ class Options(unittest.TestCase):
         self.assertEqual(partprobe.label(STEP, layers=["brep-face"]).layers, ("brep-face", "step-parts", "step-parts-raw"))
         raw = partprobe.label(STEP).labels("step-parts-raw", on="faces")
         self.assertEqual(raw.shape, partprobe.label(STEP).face_area.shape)
+        of_points = partprobe.label(STEP).sample(50).labels("step-parts-raw")
+        self.assertEqual(of_points.shape, (50,))
         self.assertEqual(partprobe.label(STEP, theta_deg=3.0).meta["theta_deg"], 3.0)
 
 
