@@ -40,7 +40,7 @@ ROWS = (
 
 
 def run(arguments, name, settings, data):
-    """Trains and scores a row; the seconds that it took, or none if it was there."""
+    """Trains and scores a row; the seconds that it took, or None if it was there."""
     out = arguments.out / name.replace(" ", "-").replace("(", "").replace(")", "")
     if (out / "scores.jsonl").exists():
         return out, json.loads((out / "seconds.json").read_text())

@@ -2,8 +2,9 @@
 
     pretraining.py SOLIDS MFCAD OUT --partprobe PROGRAM
 
-SOLIDS is the data set of the study label-sources, MFCAD a data set of the machined parts of MFCAD; both come from `partprobe label`. OUT
-gets the runs; those that are there already are not made again. Each backbone learns `step-parts`, and no other labels, before and after.
+SOLIDS is the data set of the study label-sources, MFCAD a data set of the machined parts of MFCAD; both come from
+`partprobe label --unit solid`. OUT gets the runs; those that are there already are not made again. Each backbone learns `step-parts`, and
+no other labels, before and after. Run it at the root of the repository, where the config finds the split.
 Prints a Markdown table: means over the test shapes with 2 to 19 parts, and the standard deviation over seeds.
 """
 

@@ -32,7 +32,8 @@ def scored(run, out, settings, program):
     """A folder with the scores of the run under these settings."""
     if (out / "scores.jsonl").exists():
         return out
-    shutil.copytree(run, out, ignore=shutil.ignore_patterns("predictions", "test", "scores.jsonl"))
+    if not out.exists():
+        shutil.copytree(run, out, ignore=shutil.ignore_patterns("predictions", "test", "scores.jsonl"))
     overrides = [word for setting in [*ALONE, *settings] for word in ("--set", setting)]
     subprocess.run([program, "eval", out, "--jobs", "1", *overrides], check=True, stdout=subprocess.DEVNULL)
     return out

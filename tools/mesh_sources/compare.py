@@ -97,7 +97,7 @@ def igl_diameters(vertices, triangles):
 
 
 def cgal_segments(vertices, triangles):
-    """CGAL's thickness and segment of each triangle; none if the mesh is not a closed manifold."""
+    """CGAL's thickness and segment of each triangle; None if the mesh is not a closed manifold."""
     try:
         polyhedron = cgal_pybind.Polyhedron()
         polyhedron.build(vertices, triangles.astype(numpy.uint64))

@@ -121,7 +121,7 @@ def part_of_each_face(shape):
 
 
 def seconds_of(path, mode):
-    """CPU seconds of OpenCASCADE on one file; None where it reads no face."""
+    """CPU seconds of OpenCASCADE on one file; None if it reads no face."""
     from OCP.Bnd import Bnd_Box
     from OCP.BRepBndLib import BRepBndLib
     from OCP.BRepMesh import BRepMesh_IncrementalMesh
@@ -185,7 +185,7 @@ class OpenCascade:
         answers.put("ended")
 
     def seconds(self, path, mode):
-        """CPU seconds; None where the file has no face, hangs it or ends it."""
+        """CPU seconds; None if the file has no face, or if OpenCASCADE hangs or ends on it."""
         if self.child is None:
             self.start()
         self.child.stdin.write(json.dumps([str(path), mode]) + "\n")

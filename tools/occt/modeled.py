@@ -152,7 +152,7 @@ def write_model(task):
 
 
 def modeled(family, number, options):
-    """The path of one file below OUT/files and its solids' volumes; none where every attempt failed."""
+    """The path of one file below OUT/files and its solids' volumes; None if every attempt failed."""
     path = Path(family) / f"{number:03}.step"
     for attempt in range(ATTEMPTS):
         task = family, f"{options.seed}/{family}/{number}/{attempt}", options.out / "files" / path

@@ -33,7 +33,7 @@ pub struct SurfacePoint {
     pub distance: f64,
     /// Its parameters.
     pub uv: [f64; 2],
-    /// The unit normal, outward; none where it is undefined.
+    /// The unit normal, outward; `None` if it is undefined.
     pub normal: Option<Point>,
     /// Principal curvatures in 1/mm, the larger first, positive where the shape is convex; NaN where undefined.
     pub curvature: [f32; 2],

@@ -116,7 +116,7 @@ fn growth(brep: &Brep) -> f64 {
     }
 }
 
-/// The motions from the first occurrence to each further one; none where the first cannot be undone.
+/// The motions from the first occurrence to each further one; `None` if the first cannot be undone.
 fn motions_from_first(occurrences: &[Instance]) -> Option<Vec<Matrix>> {
     let back = inverse(&occurrences.first()?.transform)?;
     Some(

@@ -21,7 +21,7 @@ pub struct StableRange {
 }
 
 /// The widest range between 1° and 45°, in steps of 0.5°, over which the partition of at most `tolerance` of the shapes
-/// changes; the lowest where several are equally wide, and none if even one step changes more.
+/// changes; the lowest of them if several are equally wide, and `None` if even one step changes more.
 /// With `around_deg`, only ranges that contain this threshold count.
 ///
 /// `merges` holds the merges of each shape, ascending. A partition only grows coarser with θ, so it is the same at both

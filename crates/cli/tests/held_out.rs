@@ -224,6 +224,16 @@ fn a_new_reference_is_scored_on_the_test_shapes_and_on_no_other() {
             n_left_out == 1,
             "{told}"
         );
+        // The tables say so too, when they are made and when they are made again.
+        let tables = String::from_utf8(fixture.read("run/tables.md")).unwrap();
+        for tables in [tables, fixture.check(&["report", "run"], 0, "")] {
+            let sentence = format!(
+                "Only {} of the {} held-out shapes",
+                scored.len(),
+                test.len()
+            );
+            assert_eq!(tables.contains(&sentence), n_left_out == 1, "{tables}");
+        }
         assert_eq!(fixture.read("run/split.json"), split);
         // What stands in the folder is of this evaluation alone.
         let files = fs::read_dir(fixture.path("run/predictions/step-parts-0"))

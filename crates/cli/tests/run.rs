@@ -311,13 +311,51 @@ fn a_run_goes_on_with_the_data_that_it_began_with() {
 fn a_missed_expectation_is_named_and_ends_in_3() {
     let folder = tempfile::tempdir().unwrap();
     let expect = r#"expect."step-parts/step-parts.miou"=">= 1.01""#;
-    let (_, output) = run_tiny(folder.path(), "missed", &["--set", expect]);
+    let (missed, output) = run_tiny(folder.path(), "missed", &["--set", expect]);
     assert_code(&output, 3);
     let told = String::from_utf8_lossy(&output.stdout).into_owned();
     assert!(
         told.contains("missed: ") && told.contains("step-parts/step-parts.miou"),
         "{told}"
     );
+    let outcomes = fs::read(missed.join("expectations.json")).unwrap();
+    let outcomes: serde_json::Value = serde_json::from_slice(&outcomes).unwrap();
+    assert_eq!(outcomes[0]["bound"], "step-parts/step-parts.miou >= 1.01");
+    assert_eq!(outcomes[0]["passed"], false);
+    let report = fs::read_to_string(missed.join("expectations.xml")).unwrap();
+    assert!(report.contains("tests=\"1\" failures=\"1\""), "{report}");
+}
+
+/// Executes the commands of the example workflow that call partprobe, on a folder as its first lines ask for.
+#[test]
+fn the_example_workflow_trains_and_keeps_files_that_exist() {
+    let workflow = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/training_gate.yml");
+    let workflow = fs::read_to_string(workflow).unwrap();
+    let lines = || workflow.lines().map(str::trim);
+    let commands: Vec<&str> = lines()
+        .filter_map(|line| line.strip_prefix("run: partprobe "))
+        .collect();
+    assert_eq!(commands.len(), 2, "the workflow has other steps now");
+
+    let folder = tempfile::tempdir().unwrap();
+    let call = |arguments: &str| {
+        Command::new(env!("CARGO_BIN_EXE_partprobe"))
+            .args(arguments.split(' '))
+            .current_dir(folder.path())
+            .output()
+            .unwrap()
+    };
+    assert_code(&call("synth --out parts -n 16 --max-parts 12 --quiet"), 0);
+    let bound = "[expect]\n\"step-parts/step-parts.miou\" = \">= 0.0\"\n";
+    fs::write(folder.path().join("gate.toml"), format!("{TINY}{bound}")).unwrap();
+    for command in commands {
+        assert_code(&call(command), 0);
+    }
+    let kept: Vec<&str> = lines().filter(|line| line.starts_with("run/")).collect();
+    assert!(!kept.is_empty());
+    for file in kept {
+        assert!(folder.path().join(file).is_file(), "no {file}");
+    }
 }
 
 #[test]

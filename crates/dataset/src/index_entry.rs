@@ -73,7 +73,7 @@ pub struct IndexEntry {
     /// Files that the line stands for, where it counts files that are not read.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub n_skipped: Option<u64>,
-    /// SHA-256 of the STEP text, in hexadecimal; none where it could not be read.
+    /// SHA-256 of the STEP text, in hexadecimal; `None` if the text could not be read.
     pub sha256: Option<String>,
     /// `#` number of the solid, where solids are the unit.
     pub solid_step_id: Option<u64>,

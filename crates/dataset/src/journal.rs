@@ -77,7 +77,7 @@ pub struct FileRecord {
     pub entries: Vec<IndexEntry>,
     /// The files that were written for it.
     pub written: Vec<WrittenFile>,
-    /// Seconds in the worker; none where it did not answer.
+    /// Seconds in the worker; `None` if it did not answer.
     pub seconds: Option<f64>,
     /// When it was done, in seconds since 1970.
     pub ended: f64,

@@ -10,7 +10,7 @@ use partprobe_dataset::{CarrierRef, Dataset, DatasetError};
 use partprobe_sources::source_named;
 use pyo3::exceptions::{PyIndexError, PyKeyError};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyRange};
 use std::path::PathBuf;
 
 /// The shapes of a folder that `partprobe label` wrote.
@@ -198,6 +198,16 @@ impl PyDataset {
         found.set_item("normals", rows(py, sample.normals)?)?;
         found.set_item("labels", shaped(py, widened(&labels), vec![labels.len()])?)?;
         Ok(found)
+    }
+
+    /// The items in their order. Each is drawn when it is asked for.
+    fn __iter__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let py = slf.py();
+        let indices = PyRange::new(py, 0, slf.get().labeled.len().cast_signed())?;
+        let item = slf.getattr("__getitem__")?;
+        py.import("builtins")?
+            .getattr("map")?
+            .call1((item, indices))
     }
 
     /// The carrier of the shape with this index or id.

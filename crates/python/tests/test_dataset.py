@@ -65,6 +65,7 @@ class Items(unittest.TestCase):
     def test_indices_and_ids(self):
         last = self.dataset[-1]
         np.testing.assert_array_equal(last["points"], self.dataset[N_PARTS - 1]["points"])
+        self.assertEqual([item["id"] for item in self.dataset], self.dataset.ids)
         by_id = self.dataset.carrier(last["id"])
         self.assertEqual(by_id.to_bytes(), self.dataset.carrier(-1).to_bytes())
         for index in (N_PARTS, -N_PARTS - 1):

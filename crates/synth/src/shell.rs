@@ -47,7 +47,7 @@ pub(crate) struct Face {
 pub(crate) struct Ring {
     /// The vertices, one for each side of the profile; all the same where the profile has shrunk to a point.
     pub(crate) corners: Vec<usize>,
-    /// The edges, one for each side; none where the profile has shrunk to a point.
+    /// The edges, one for each side. There are none if the profile has shrunk to a point.
     pub(crate) edges: Vec<usize>,
     /// The area inside, negative for a hole's profile.
     pub(crate) area: f64,

@@ -12,7 +12,7 @@ pub struct FaceReading {
     pub part: u64,
     /// Area of the trimmed surface, in square millimeters.
     pub area: Option<f64>,
-    /// Area of the face's triangles; none where it has no triangle.
+    /// Area of the face's triangles; `None` if it has no triangle.
     pub mesh_area: Option<f64>,
 }
 

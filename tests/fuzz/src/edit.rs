@@ -17,7 +17,7 @@ enum Kind {
     Instance,
 }
 
-/// The text with one token edited; none where there is none to edit.
+/// The text with one token edited; `None` if there is no token to edit.
 #[must_use]
 pub fn edited(text: &[u8], seed: u32) -> Option<Vec<u8>> {
     let mut random = Random(u64::from(seed) | 1 << 40);

@@ -58,7 +58,7 @@ fn rotate(matrix: &mut [[f64; 3]; 3], basis: &mut [[f64; 3]; 3], p: usize, q: us
     }
 }
 
-/// The vector with these products with three rows; none where the rows lie in a plane.
+/// The vector with these products with three rows; `None` if the rows lie in a plane.
 pub(super) fn solved(rows: [Point; 3], products: Point) -> Option<Point> {
     let across = [
         cross(rows[1], rows[2]),

@@ -75,7 +75,7 @@ pub(super) struct Patch<'a> {
 }
 
 impl<'a> Patch<'a> {
-    /// The whole surface; an extrusion is as high as its curve is long. None where a parameter has no end.
+    /// The whole surface; an extrusion is as high as its curve is long. `None` if a parameter has no end.
     pub(super) fn of(surface: &'a Surface) -> Option<Self> {
         let [u, v] = match surface {
             Surface::Bspline(spline) => spline.breaks(),

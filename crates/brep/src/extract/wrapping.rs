@@ -13,7 +13,7 @@ const MOST_USERS: usize = 8;
 /// What a new representation must list, by its context.
 #[derive(Debug, Default)]
 pub(super) struct Content {
-    /// The items, shells and faces under each context; none where the large file has no context for them.
+    /// The items, shells and faces under each context; the key is `None` if the large file has no context for them.
     pub(super) listed: BTreeMap<Option<u64>, Vec<u64>>,
     /// Faces that use what was asked for, beyond the number that is shown.
     pub(super) n_left_out: usize,

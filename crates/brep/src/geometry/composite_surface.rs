@@ -13,7 +13,7 @@ const MEETS: f64 = 1e-6;
 impl CompositeSurface {
     /// The composite of these patches, v running fastest; whether it closes is found here.
     ///
-    /// None where the patches don't fill the grid.
+    /// Returns `None` if the patches don't fill the grid.
     pub(crate) fn new([n_u, n_v]: [usize; 2], patches: Vec<SurfacePatch>) -> Option<Self> {
         if patches.is_empty() || n_u.checked_mul(n_v) != Some(patches.len()) {
             return None;

@@ -27,7 +27,7 @@ impl Curvature {
 }
 
 impl Surface {
-    /// The principal curvatures against the normal `∂u × ∂v`; none where it is undefined, as at a cone's apex.
+    /// The principal curvatures against the normal `∂u × ∂v`; `None` if that normal is undefined, as at a cone's apex.
     #[must_use]
     pub fn curvature(&self, u: f64, v: f64) -> Option<Curvature> {
         match self {

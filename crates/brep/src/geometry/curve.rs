@@ -68,7 +68,7 @@ impl Curve {
         }
     }
 
-    /// The parameters between which the curve runs; none where it has no ends.
+    /// The parameters between which the curve runs; `None` if it has no ends.
     #[must_use]
     pub fn range(&self) -> Option<(f64, f64)> {
         match self {

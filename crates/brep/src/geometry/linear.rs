@@ -21,7 +21,7 @@ pub(crate) fn along(from: Point, direction: Point, t: f64) -> Point {
     ]
 }
 
-/// The vector at length 1; nothing where it has no direction.
+/// The vector at length 1; `None` if it has no direction.
 pub(crate) fn unit(a: Point) -> Option<Point> {
     let length = norm(a);
     // Subnormal lengths lose the direction's digits.

@@ -43,7 +43,7 @@ pub(crate) fn revolution_sheets(axis: &Frame, curve: &Curve) -> Option<[Surface;
 }
 
 /// The half of a closed curve that is meant, revolved, if both halves turn into the same surface: an ellipse about its own axis.
-/// None where they differ.
+/// Returns `None` if they differ.
 ///
 /// `inside` is a parameter of the half that is meant. Without it, that is the half in which the curve begins.
 pub(crate) fn half_of_covered_twice(

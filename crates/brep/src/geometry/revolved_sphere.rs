@@ -13,7 +13,7 @@ const AT_POLE: f64 = 1e-6;
 /// How far behind a pole a circle is asked which half it enters, in radians.
 const BEHIND_POLE: f64 = 0.5;
 
-/// The sphere, and whether the normal of the revolved curve leaves its center. None where the curve turns into something else.
+/// The sphere, and whether the normal of the revolved curve leaves its center. `None` if the curve turns into something else.
 ///
 /// `inside` is a parameter in the half of the circle that is meant. Without it, that is the half in which the circle begins.
 pub(crate) fn revolved_sphere(

@@ -97,7 +97,7 @@ fn used_both_ways(loops: &[&Vec<EdgeUse>]) -> Vec<u32> {
     edges
 }
 
-/// The polygon of a loop; `against` walks it backwards. Nothing where an edge has no points.
+/// The polygon of a loop; `against` walks it backwards. `None` if an edge has no points.
 pub(crate) fn polygon(
     uses: &[EdgeUse],
     edges: &[Option<EdgePoints>],

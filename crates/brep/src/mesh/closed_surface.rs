@@ -10,7 +10,7 @@ use crate::geometry::Surface;
 /// A grid over the natural range of both parameters; what meets itself gets equal points.
 ///
 /// `apices` are the parameters of the vertices that bound the face: where a surface comes to its axis between
-/// its ends, it ends there. Nothing where the surface has no natural bounds. `size` is the diagonal of the shape.
+/// its ends, it ends there. `None` if the surface has no natural bounds. `size` is the diagonal of the shape.
 pub(crate) fn closed_surface(
     surface: &Surface,
     apices: &[[f64; 2]],

@@ -37,7 +37,7 @@ pub(crate) struct Division {
     pub(crate) edge: u32,
     /// Parameter of its curve.
     pub(crate) parameter: f64,
-    /// The vertex of another piece of the boundary whose foot it is; none where the piece is only halved.
+    /// The vertex of another piece of the boundary whose foot it is; `None` if the piece is only halved.
     pub(crate) vertex: Option<Point>,
 }
 
@@ -75,8 +75,8 @@ pub(crate) struct Boundary<'a> {
 }
 
 impl Boundary<'_> {
-    /// The points at which edges must be divided; none where the boundaries already lie in the chart as they do on the
-    /// surface, which is nearly always and costs nothing to see.
+    /// The points at which edges must be divided. Nearly always there are none, because the boundaries lie in the chart as they
+    /// do on the surface, and to see this costs nothing.
     pub(crate) fn contacts(&self) -> Vec<Division> {
         if !self.is_suspect() {
             return Vec::new();

@@ -53,7 +53,7 @@ impl Tolerance {
 
 /// Divides an edge; `least` is the smallest number of pieces of a curved one.
 ///
-/// Nothing where the edge has no finite point.
+/// Returns `None` if the edge has no finite point.
 pub(crate) fn edge_points(
     edge: &BrepEdge,
     vertices: &[Vertex],

@@ -112,14 +112,14 @@ impl Enclosure {
         heights
     }
 
-    /// Whether a point is inside; none if its column finds a leak.
+    /// Whether a point is inside; `None` if its column finds a leak.
     fn encloses(&self, [x, y, z]: Point) -> Option<bool> {
         let heights = self.heights([x, y]);
         let n_below = heights.iter().filter(|&&height| height < z).count();
         heights.len().is_multiple_of(2).then_some(n_below % 2 == 1)
     }
 
-    /// Whether this surface lies in another; none if the columns don't decide.
+    /// Whether this surface lies in another; `None` if the columns don't decide.
     fn lies_in(&self, other: &Self) -> Option<bool> {
         let votes: Vec<bool> = self
             .inner_points()
@@ -181,7 +181,7 @@ pub(crate) fn depths(surfaces: &[Enclosure]) -> Vec<usize> {
     (0..surfaces.len()).map(depth).collect()
 }
 
-/// The middle of the lowest stretch of a column that is inside; none if the column finds a leak.
+/// The middle of the lowest stretch of a column that is inside; `None` if the column finds a leak.
 fn inner_point([x, y]: [f64; 2], heights: Vec<f64>) -> Option<Point> {
     let &[low, high, ..] = heights.as_slice() else {
         return None;

@@ -65,7 +65,7 @@ pub(super) fn off_bound(boundary: impl Iterator<Item = Point>, size: f64) -> f64
     (OFF_SHAPE * size).max(OFF_LOOP * bounding_diagonal(&points))
 }
 
-/// The edge that lies farthest off the face's surface; none where all are near enough.
+/// The edge that lies farthest off the face's surface; `None` if all edges are near enough.
 pub(crate) fn off_surface(brep: &Brep, face: &BrepFace, size: f64) -> Option<OffSurface> {
     farthest_off(brep, face, size, |_| true)
 }

@@ -18,8 +18,8 @@ const FLAT: f64 = 0.05;
 /// If as much as this fraction of a boundary lies off the surface, it is the surface that is in the wrong position.
 const MOSTLY: f64 = 0.5;
 
-/// Meshes a nearly flat face in the plane of its boundary; nothing where it isn't nearly flat, or where its surface says that
-/// much of its boundary is in the wrong position.
+/// Meshes a nearly flat face in the plane of its boundary. Returns `None` if the face isn't nearly flat, or if its surface says
+/// that much of its boundary is in the wrong position.
 pub(crate) fn planar_mesh(
     context: FaceContext<'_>,
     face: &BrepFace,

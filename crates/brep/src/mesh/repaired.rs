@@ -23,7 +23,7 @@ pub(crate) fn is_chain(brep: &Brep, uses: &[EdgeUse]) -> bool {
     })
 }
 
-/// Joins uses of edges into closed walks; nothing where an end finds no continuation.
+/// Joins uses of edges into closed walks. Returns `None` if the end of a walk has no continuation.
 pub(crate) fn stitched(brep: &Brep, uses: Vec<EdgeUse>) -> Option<Vec<Vec<EdgeUse>>> {
     let mut left: Vec<Option<EdgeUse>> = uses.into_iter().map(Some).collect();
     let mut loops = Vec::new();
@@ -170,7 +170,7 @@ pub(crate) fn repaired(brep: &Brep) -> Cow<'_, Brep> {
 }
 
 /// The uses of a loop that is no chain, as they walk from end to end: in the order that the file has them in, or else
-/// in any. None where the order fits backwards as it is, or where two edges leave the sense open.
+/// in any. The result is empty if the order fits backwards as it is, or if two edges leave the sense open.
 fn walked(brep: &Brep, uses: &[EdgeUse]) -> Vec<EdgeUse> {
     let is_backwards = is_chain(brep, &uses.iter().rev().copied().collect::<Vec<_>>());
     if uses.len() < 3 || is_backwards {

@@ -45,7 +45,7 @@ pub(crate) fn sphere_frame(frame: &Frame, loops: &[Vec<BoundaryPoint>], radius: 
     }
 }
 
-/// The frame whose equator a sliver follows, such as a lune from pole to pole; none where it leaves every great circle. A pole
+/// The frame whose equator a sliver follows, such as a lune from pole to pole. `None` if it leaves every great circle. A pole
 /// inside so thin a face would be much nearer to its long sides than their corners are to each other.
 fn frame_along(frame: &Frame, corners: &[BoundaryPoint]) -> Option<Frame> {
     let arms: Vec<Point> = corners

@@ -282,7 +282,7 @@ fn offset_of_middle(
     in_parameters([du, dv], subtract(middle, foot))
 }
 
-/// A direction of space as a direction of the parameter plane; nothing where the parameters degenerate.
+/// A direction of space as a direction of the parameter plane; `None` if the parameters degenerate.
 fn in_parameters([du, dv]: [Point; 2], direction: Point) -> Option<[f64; 2]> {
     let (a, b, c) = (dot(du, du), dot(du, dv), dot(dv, dv));
     let determinant = a * c - b * b;
@@ -439,7 +439,7 @@ fn runs_over_knots(surface: &Surface, from: [f64; 2], chord: [f64; 2], breaks: &
     runs(0) && runs(1) && (count(0) > 1 || count(1) > 1)
 }
 
-/// The middle of a piece of curve on the surface; nothing where the curve lies beside it.
+/// The middle of a piece of curve on the surface; `None` if the curve does not lie on the surface there.
 ///
 /// Where a tangent vanishes a search stands still: then it starts again from other points between the ends.
 fn looked_up(

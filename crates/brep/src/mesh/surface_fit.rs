@@ -282,7 +282,7 @@ fn stretch_of(surface: &Surface, mesh: &ChartTriangulation, breaks: &Breaks) -> 
     }
 }
 
-/// What the triangles of a free surface must keep to count as plain; nothing where each is looked at.
+/// What the triangles of a free surface must keep to count as plain; `None` if each triangle is looked at.
 fn plain(stretch: Stretch) -> Option<Plain> {
     match stretch {
         Stretch {

@@ -39,7 +39,7 @@ type Cdt = ConstrainedDelaunayTriangulation<ChartVertex, (), IsOdd>;
 
 type ChartEdge<'a> = DirectedEdgeHandle<'a, ChartVertex, (), CdtEdge<IsOdd>, ()>;
 
-/// Triangulates a face. Nothing where the chart holds a coordinate that is not finite.
+/// Triangulates a face. Returns `None` if a coordinate of the chart is not finite.
 pub(crate) fn triangulate(surface: &Surface, layout: &Layout) -> Option<ChartTriangulation> {
     let nodes = boundary_nodes(layout);
     if let Some((triangles, hand)) = convex(surface, layout, &nodes) {

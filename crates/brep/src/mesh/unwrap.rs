@@ -82,7 +82,7 @@ struct PoleVisit {
 
 /// Projects a polygon to the surface and unwraps its parameters.
 ///
-/// Nothing where every corner lies at a pole. `size` is the diagonal of the shape. Corners that lie far beside the surface are
+/// Returns `None` if every corner lies at a pole. `size` is the diagonal of the shape. Corners that lie far beside the surface are
 /// moved onto it, in the polygon as well.
 pub(crate) fn unwrap_loop(
     projector: &Projector<'_>,

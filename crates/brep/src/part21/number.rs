@@ -39,7 +39,7 @@ pub(super) fn short_decimal(text: &[u8], at: usize) -> Option<(f64, usize)> {
     Some((if is_negative { -number } else { number }, end))
 }
 
-/// Appends digits to a number, and says where they end; none if there are too many of them.
+/// Appends digits to a number, and says where they end; `None` if there are too many of them.
 fn digits(text: &[u8], start: usize, mut number: u64) -> Option<(u64, usize)> {
     let mut end = start;
     while let Some(digit @ b'0'..=b'9') = text.get(end) {

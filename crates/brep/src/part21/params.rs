@@ -309,7 +309,7 @@ fn end_of_digits(text: &[u8], at: usize) -> usize {
         .count()
 }
 
-/// Parses the digits of an instance number; none if there are none or too many.
+/// Parses the digits of an instance number; `None` if there is no digit, or too many.
 pub(super) fn parse_id(text: &[u8], at: usize) -> Option<(u64, usize)> {
     let mut id = 0_u64;
     let mut end = at;

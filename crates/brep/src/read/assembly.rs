@@ -97,7 +97,7 @@ impl Assembly {
             .copied()
     }
 
-    /// The motion from a representation to the root of its assembly; none where it stands as it is written.
+    /// The motion from a representation to the root of its assembly; `None` if its coordinates are those of the root.
     pub(super) fn motion(&mut self, representation: u64) -> Option<Motion> {
         let mut system = self.system(representation);
         let mut total: Option<Motion> = None;

@@ -261,7 +261,7 @@ impl EdgeTable {
         Ok(shared)
     }
 
-    /// The curve that a curve without a curve of space is on its surface; none where it names no surface either.
+    /// The curve that a curve without a curve of space is on its surface; `None` if it names no surface either.
     fn curve_on_surface(
         &mut self,
         reader: &Reader<'_, '_>,

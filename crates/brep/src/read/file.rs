@@ -140,7 +140,7 @@ impl<'a> StepFile<'a> {
     }
 }
 
-/// The name that a string parameter gives; none where it is empty or unset.
+/// The name that a string parameter gives; `None` if it is empty or unset.
 pub(super) fn name_of(param: Param<'_>) -> Option<String> {
     param
         .text()

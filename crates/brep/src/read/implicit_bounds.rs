@@ -14,7 +14,7 @@ use partprobe_shape::{FaceType, Point};
 /// Pieces of each edge of a hole that are looked at to find its sense.
 const POINTS_ON_HOLE: usize = 8;
 
-/// The loops at the ends of a surface's parameters; none where it closes in itself. A side along which a surface meets
+/// The loops at the ends of a surface's parameters; there are none if it closes in itself. A side along which a surface meets
 /// itself, and one that is a point, bound nothing. `same_sense` says whether the face's normal is the surface's.
 ///
 /// # Errors
@@ -47,7 +47,7 @@ pub(super) fn natural_border(
 }
 
 /// The surface of a revolved curve with the ends that the file trims the curve to; the surface that is read otherwise goes on
-/// along the whole curve. None where a bounded surface has another basis, or a curve without ends.
+/// along the whole curve. `None` if a bounded surface has another basis, or a curve without ends.
 pub(super) fn revolved_between_ends(
     reader: &Reader<'_, '_>,
     surface: &Surface,
@@ -154,7 +154,7 @@ fn without_seams(uses: Vec<EdgeUse>) -> Vec<Loop> {
     }
 }
 
-/// Whether a closed walk has its inside on the left, seen against `∂u × ∂v`; none if it winds round the surface.
+/// Whether a closed walk has its inside on the left, seen against `∂u × ∂v`; `None` if it winds around the surface.
 fn runs_left(surface: &Surface, points: &[Point]) -> Option<bool> {
     let projector = Projector::new(surface);
     let period = surface.period();

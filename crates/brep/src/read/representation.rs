@@ -38,7 +38,7 @@ pub(super) fn representations<'s, 'a>(
         .filter_map(|&record| representation_of(source, record))
 }
 
-/// The representation that an instance is; none if it is anything else.
+/// The representation that an instance is; `None` if it is anything else.
 pub(super) fn representation_of<'a>(
     source: &StepFile<'a>,
     record: Record,

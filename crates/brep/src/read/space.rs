@@ -91,7 +91,7 @@ pub(super) struct Space {
     pub(super) mm_per_unit: f64,
     /// Radians in an angle unit of the file.
     pub(super) rad_per_unit: f64,
-    /// Where the representation stands in its assembly; none where it stays as it is written.
+    /// The motion that places the representation in its assembly; `None` if it stays as it is written.
     pub(super) motion: Option<Motion>,
 }
 

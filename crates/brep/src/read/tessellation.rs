@@ -340,7 +340,7 @@ fn complex_attributes<'a>(
     })
 }
 
-/// Lists of counts; none where the parameter is left out.
+/// Lists of counts. The result is empty if the parameter is left out.
 fn lists_of(param: Param<'_>) -> Result<Vec<Vec<usize>>, EntityError> {
     match param {
         Param::Unset | Param::Derived => Ok(Vec::new()),

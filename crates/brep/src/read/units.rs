@@ -89,7 +89,7 @@ struct Unit {
     in_si: f64,
 }
 
-/// The length or angle unit that an instance defines; none where it is a unit of something else.
+/// The length or angle unit that an instance defines; `None` if it is a unit of something else.
 fn read_unit(source: &StepFile<'_>, id: u64) -> Result<Option<Unit>, EntityError> {
     let record = source.record(id)?;
     let has = |name| source.exchange.partial(record, name).is_some();

@@ -115,7 +115,7 @@ impl RevolvedFace<'_> {
         ))
     }
 
-    /// An edge along the meridian; none where it comes back to the same point.
+    /// An edge along the meridian. Both ends are one vertex if it comes back to the same point.
     fn upward(&mut self, angle: f64, [from, to]: [f64; 2]) -> usize {
         let curve = self.meridian_curve(angle);
         let ends = [self.vertex(from, angle), self.vertex(to, angle)];
@@ -125,7 +125,7 @@ impl RevolvedFace<'_> {
         ))
     }
 
-    /// An edge along a circle; none where the meridian meets the axis.
+    /// An edge along a circle; `None` if the meridian meets the axis there.
     fn around(&mut self, t: f64, [from, to]: [f64; 2]) -> Option<usize> {
         let [reach, height] = place(self.meridian, t);
         let ends = [self.vertex(t, from), self.vertex(t, to)];

@@ -21,7 +21,7 @@ pub(super) fn write_frame(pipe: &mut impl Write, bytes: &[u8]) -> Result<()> {
     Ok(pipe.flush()?)
 }
 
-/// Reads one block; none where the pipe ends before one begins.
+/// Reads one block; `None` if the pipe ends before a block begins.
 pub(super) fn read_frame(pipe: &mut impl Read) -> Result<Option<Vec<u8>>> {
     let mut start = Vec::with_capacity(9);
     pipe.by_ref().take(8).read_to_end(&mut start)?;

@@ -71,7 +71,7 @@ impl Collisions {
         }
     }
 
-    /// What the run folder holds; none if it was made without.
+    /// What the run folder holds; `None` if an earlier version made it.
     pub(crate) fn read(folder: &RunFolder) -> Result<Option<Self>> {
         if !folder.path(FILE).exists() {
             return Ok(None);

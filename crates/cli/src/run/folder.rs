@@ -17,8 +17,10 @@ const LOCK_FILE: &str = ".lock";
 /// What a run has in its folder before its first result: its config, its facts, and the shapes that it labeled.
 const PREPARED: [&str; 4] = [LOCK_FILE, "config.toml", "run.json", "data"];
 /// What an evaluation writes at its end. A folder that has the last of them is complete.
-const RESULTS: [&str; 6] = [
+const RESULTS: [&str; 8] = [
     "scores.jsonl",
+    "expectations.json",
+    "expectations.xml",
     "tables.md",
     "tables.csv",
     "tables.json",

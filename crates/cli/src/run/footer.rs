@@ -1,5 +1,6 @@
 //! Says below every table by which settings it was made, and what a reader must know of a score.
 
+use super::split_file::SplitFile;
 use crate::config::{Config, LabelConfig, NormalConfig};
 use crate::counted::counted;
 use crate::program_version::COMMIT;
@@ -7,19 +8,39 @@ use partprobe_eval::ScoreRow;
 use partprobe_net::Voxels;
 use std::collections::BTreeSet;
 
-/// The sentences below the tables of these rows; `data_hash` names the shapes. Without normals, those of the config were taken away.
+/// The shapes that tables are about.
+#[derive(Clone, Debug)]
+pub(super) struct TestShapes {
+    /// Twelve digits that name the shapes.
+    pub(super) data_hash: String,
+    /// How many shapes were held out, whether they could be scored or not.
+    pub(super) n_held_out: usize,
+}
+
+impl TestShapes {
+    /// The held-out shapes of a run.
+    pub(super) fn of_split(split: &SplitFile) -> Self {
+        Self {
+            data_hash: split.data_hash(),
+            n_held_out: split.n_test_shapes(),
+        }
+    }
+}
+
+/// The sentences below the tables of these rows. Without normals, those of the config were taken away.
 pub(super) fn footer(
     config: &Config,
     rows: &[ScoreRow],
-    data_hash: &str,
+    shapes: &TestShapes,
     normals: Normals,
 ) -> Vec<String> {
     let mut sentences = vec![settings(
         config,
         &trained_seeds(config, rows),
-        data_hash,
+        &shapes.data_hash,
         normals,
     )];
+    sentences.extend(unscored(rows, shapes.n_held_out));
     // The trainings aim at GTc, so the table says so.
     if config.loss.proto_ce_weight > 0.0 {
         sentences.push(
@@ -29,6 +50,18 @@ pub(super) fn footer(
         );
     }
     sentences
+}
+
+/// A sentence about the held-out shapes that are not in the tables; `None` if all are.
+fn unscored(rows: &[ScoreRow], n_held_out: usize) -> Option<String> {
+    let scored: BTreeSet<&str> = rows.iter().map(|row| row.shape.as_str()).collect();
+    (scored.len() < n_held_out).then(|| {
+        format!(
+            "Only {} of the {n_held_out} held-out shapes are scored. The others do not have at least two labels by each source that is \
+             compared.",
+            scored.len()
+        )
+    })
 }
 
 /// Whether the points that were scored have normals.

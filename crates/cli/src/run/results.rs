@@ -4,7 +4,7 @@ use super::bounds::bound_names;
 use super::endpoints::EndpointTables;
 use super::evaluation::{NO_NETWORK, RANDOM_FOURIER, UNTRAINED};
 use super::folder::RunFolder;
-use super::footer::{Normals, footer};
+use super::footer::{Normals, TestShapes, footer};
 use super::page::{FaceSource, PageScores, page};
 use super::stages::Run;
 use super::training_job::TrainingRecord;
@@ -16,7 +16,7 @@ use anyhow::{Result, ensure};
 use partprobe_carrier::STEP_PARTS;
 use partprobe_eval::{
     Endpoint, ExpectationOutcome, Expectations, MIOU, ScoreRow, TableSettings, Tables,
-    TrainingFigures, tables,
+    TrainingFigures, junit_xml, tables,
 };
 use std::process::ExitCode;
 
@@ -50,7 +50,7 @@ pub(crate) fn checked_expectations(config: &Config) -> Result<Expectations> {
 }
 
 impl Run<'_> {
-    /// Writes `report.html`, `tables.*` and, last, `scores.jsonl`, and checks the expectations.
+    /// Checks the expectations, and writes `report.html`, `tables.*`, `expectations.*` and, last, `scores.jsonl`.
     ///
     /// # Errors
     /// If a file cannot be written.
@@ -59,7 +59,7 @@ impl Run<'_> {
         let footer = footer(
             self.config,
             rows,
-            &self.data.split_file.data_hash(),
+            &TestShapes::of_split(&self.data.split_file),
             Normals::OfConfig,
         );
         let tables = tables(rows, &table_settings(self.config, footer)?);
@@ -81,6 +81,11 @@ impl Run<'_> {
         folder.write("tables.md", tables.to_markdown().as_bytes())?;
         folder.write("tables.csv", tables.to_csv().as_bytes())?;
         folder.write("tables.json", tables.to_json().as_bytes())?;
+        if !outcomes.is_empty() {
+            folder.write_json("expectations.json", &outcomes)?;
+            let report = junit_xml("partprobe run", &outcomes);
+            folder.write("expectations.xml", report.as_bytes())?;
+        }
         // A folder that has its scores is complete.
         write_scores(folder, rows)?;
 

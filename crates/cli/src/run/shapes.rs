@@ -18,7 +18,7 @@ use std::fmt;
 #[derive(Clone, Debug)]
 pub(crate) struct Shape {
     pub(crate) id: String,
-    /// Its points; none where they are drawn again when they are wanted.
+    /// Its points. There are none if they are drawn again each time that they are needed.
     pub(crate) sample: PointSample,
     /// The file of its carrier; its hash is known.
     pub(crate) carrier: CarrierRef,
@@ -29,7 +29,7 @@ pub(crate) struct Shape {
     /// What the split must know of it.
     pub(crate) candidate: SplitCandidate,
     labels: BTreeMap<String, Vec<i32>>,
-    /// What the labels of each source are like; none if the loader did not measure them.
+    /// What the labels of each source are like; `None` if the loader did not measure them.
     card_rows: Vec<CardRow>,
 }
 

@@ -42,6 +42,9 @@ pub(crate) struct SplitFile {
     sources: Vec<String>,
     /// What each shape on a side was when the split was made.
     shapes: BTreeMap<String, ShapeIdentity>,
+    /// How many test shapes cannot be scored, because a source that came later has no labels for them.
+    #[serde(skip)]
+    n_unscored: usize,
 }
 
 /// The tables of the config that decide which shapes and points there are.
@@ -96,6 +99,7 @@ impl SplitFile {
             selection,
             settings: SplitSettings::of(config),
             sources: config.label_sources(),
+            n_unscored: 0,
         }
     }
 
@@ -177,12 +181,18 @@ impl SplitFile {
             self.selection.leave_out(reason, id);
             self.split.test.retain(|test| test != id);
         }
+        self.n_unscored += left_out.len();
         ensure!(
             !self.split.test.is_empty(),
             "no test shape is left ({})",
             self.selection
         );
         Ok(())
+    }
+
+    /// The number of held-out shapes, with those that cannot be scored.
+    pub(crate) fn n_test_shapes(&self) -> usize {
+        self.split.test.len() + self.n_unscored
     }
 
     /// Twelve digits of the hash of all shapes on a side, with what their carriers held.

@@ -69,7 +69,7 @@ pub(crate) struct TrainingRecord {
 }
 
 impl TrainingRecord {
-    /// What the finished training of a run says; none if it is not finished.
+    /// The record of a finished training; `None` if it is not finished.
     ///
     /// # Errors
     /// If the file cannot be read.

@@ -25,7 +25,8 @@ use std::time::Instant;
 
 Before the first training, the card of the label sources is printed (source_card.md, source_card.json).
 The run folder holds config.toml, split.json, log.jsonl, tensorboard/, checkpoints/, test/, predictions/,
-scores.jsonl, tables.{md,csv,json} and report.html. A config's [expect] table bounds scores; a run that misses one exits 3.")]
+scores.jsonl, tables.{md,csv,json} and report.html. A config's [expect] table bounds scores: expectations.{json,xml} say
+which bounds hold, and a run that misses one exits 3.")]
 pub(crate) struct RunArgs {
     /// A shipped config or a TOML file. `partprobe config list` lists the shipped configs.
     #[arg(value_name = "NAME|FILE")]
@@ -144,7 +145,7 @@ impl Stages {
     }
 }
 
-/// The paths of the data, none where parts are generated; checked before a folder is made.
+/// The paths of the data, which are checked before a folder is made. There are none if parts are generated.
 fn given_data(args: &RunArgs, config: &Config) -> Result<Vec<PathBuf>> {
     let given = if args.data.is_empty() {
         &config.data.paths

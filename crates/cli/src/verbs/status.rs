@@ -89,7 +89,7 @@ struct Report {
     shard: Option<String>,
     /// Files that are done.
     n_done: u64,
-    /// Files in all, as far as the archives' lists tell; none where the batch is finished.
+    /// Files in all, as far as the archives' lists tell; `None` if the batch is finished.
     n_files: Option<u64>,
     /// Whether there may be more: a tar archive has no list.
     may_have_more: bool,
@@ -102,11 +102,11 @@ struct Report {
     bytes: u64,
     /// Seconds of all workers together.
     worker_seconds: f64,
-    /// Files a second of the clock, sessions added up; none where too few are done.
+    /// Files per second of wall time over all sessions; `None` if too few files are done.
     files_per_second: Option<f64>,
     slowest: Vec<Costly>,
     largest: Vec<Costly>,
-    /// What a look at the carriers found; none where they were not looked at.
+    /// What a check of the carriers found; `None` if they were not checked.
     carriers: Option<Audit>,
 }
 

@@ -14,6 +14,7 @@ pub use quantity::TrainingFigures;
 use crate::tables::Tables;
 use bound::Bound;
 use quantity::Quantity;
+use serde::Serialize;
 use std::fmt;
 
 /// Bounds on the scores of a run, in the order in which they were given.
@@ -32,9 +33,10 @@ struct Expectation {
 }
 
 /// The result of checking one bound.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ExpectationOutcome {
     /// The bound as it was written, for example `a/b.miou >= 0.5`.
+    #[serde(rename = "bound")]
     pub text: String,
     /// The score or the difference.
     pub value: f64,

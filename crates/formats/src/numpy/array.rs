@@ -146,7 +146,7 @@ impl Array {
         }
     }
 
-    /// Takes values with a shape; none if the shape asks for another number of them.
+    /// Takes values with a shape; `None` if the shape asks for another number of them.
     #[must_use]
     pub fn with_shape(shape: Vec<usize>, values: Values) -> Option<Self> {
         let count = shape

@@ -71,7 +71,7 @@ impl Chosen {
         })
     }
 
-    /// The label that two corners of a triangle have; none if all three differ.
+    /// The label that two corners of a triangle have; `None` if all three differ.
     fn by_majority(name: &str, of_vertex: &[i32], triangles: &[[u32; 3]]) -> Self {
         let label = |corners: &[u32; 3]| {
             majority(

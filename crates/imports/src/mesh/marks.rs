@@ -184,7 +184,7 @@ impl MarkChoice {
     }
 }
 
-/// The label of at least two corners; none if all three differ.
+/// The label of at least two corners; `None` if all three differ.
 pub(crate) fn majority([a, b, c]: [i32; 3]) -> i32 {
     if a == b || a == c {
         a

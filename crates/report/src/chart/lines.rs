@@ -133,7 +133,7 @@ fn path(points: impl Iterator<Item = (f64, f64)>, x: &Axis, y: &Axis) -> String 
     each.collect::<Vec<_>>().join(" ")
 }
 
-/// The smallest and the largest of the finite values; none if there is none.
+/// The smallest and the largest of the finite values; `None` if no value is finite.
 fn range(values: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
     values.filter(|value| value.is_finite()).fold(
         None,

@@ -95,7 +95,7 @@ fn move_holes_inside(loops: &mut [UvLoop], areas: &[f64], period: [Option<f64>; 
     }
 }
 
-/// The whole periods by which a loop must go so that one of the others holds it; none if none does.
+/// The whole periods by which a loop must go so that one of the others holds it; `None` if no shift does that.
 fn best_offset(bound: &UvLoop, holders: &[&UvLoop], period: [Option<f64>; 2]) -> [f64; 2] {
     let reach = |period: Option<f64>| if period.is_some() { -2..=2 } else { 0..=0 };
     let probes = [

@@ -10,7 +10,7 @@ mod shapes;
 
 use super::data_settings::settings_of;
 use super::evaluation::Embedder;
-use super::footer::{Normals, footer};
+use super::footer::{Normals, TestShapes, footer};
 use super::held_out::HeldOut;
 use super::results::table_settings;
 use super::scoring_place::{Boundaries, ScoringPlace};
@@ -91,7 +91,12 @@ impl Run<'_> {
             Some(EndpointNormals::None) => Normals::None,
             _ => Normals::OfConfig,
         };
-        let footer = footer(&config, &rows, &data.hash, normals);
+        // The summary of the endpoint counts the held-out shapes that it lacks.
+        let of = TestShapes {
+            data_hash: data.hash.clone(),
+            n_held_out: shapes.len(),
+        };
+        let footer = footer(&config, &rows, &of, normals);
         let tables = tables(&rows, &table_settings(&config, footer)?);
         let mut text = format!("## Endpoint {}\n\n{}.\n\n", endpoint.name, data.summary);
         text += &tables.to_markdown();

@@ -8,7 +8,7 @@ pub(super) use faces::{FaceSource, face_members};
 
 use super::collisions::Collisions;
 use super::folder::RunFolder;
-use super::footer::{Normals, footer};
+use super::footer::{Normals, TestShapes, footer};
 use super::results::{checked_expectations, table_settings, training_figures};
 use super::split_file::SplitFile;
 use crate::config::{Config, load};
@@ -72,7 +72,12 @@ pub(crate) fn tables_of_folder(root: &Path) -> Result<Tables> {
 
 fn stored_tables(scored: &ScoredRun, config: &Config, split: Option<&SplitFile>) -> Result<Tables> {
     let footer = split.map_or_else(Vec::new, |split| {
-        footer(config, &scored.rows, &split.data_hash(), Normals::OfConfig)
+        footer(
+            config,
+            &scored.rows,
+            &TestShapes::of_split(split),
+            Normals::OfConfig,
+        )
     });
     Ok(tables(&scored.rows, &table_settings(config, footer)?))
 }
@@ -119,7 +124,7 @@ fn run_name(root: &Path) -> String {
         .into_owned()
 }
 
-/// The lines of `log.jsonl`; none if nothing was trained here.
+/// The lines of `log.jsonl`. There are none if nothing was trained here.
 fn read_log(folder: &RunFolder) -> Result<String> {
     if folder.path("log.jsonl").exists() {
         folder.read_text("log.jsonl")

@@ -70,7 +70,7 @@ struct Figures {
 #[derive(Debug, Serialize)]
 struct SourceFigures {
     source: String,
-    /// How many labels the triangles have; none if the source refuses the carrier.
+    /// How many labels the triangles have; `None` if the source refuses the carrier.
     labels: Option<u32>,
     ms: f64,
     cpu_ms: f64,

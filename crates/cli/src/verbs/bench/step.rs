@@ -65,7 +65,7 @@ struct StepFigures {
     tables_ms: f64,
     forward_ms: f64,
     shapes_per_minute: f64,
-    /// Highest resident memory of this process so far; none where the system does not say.
+    /// Highest resident memory of this process so far; `None` if the system does not tell.
     peak_memory_mib: Option<f64>,
 }
 

@@ -260,7 +260,7 @@ fn sample_of_points(points: Vec<[f32; 3]>, normals: Vec<[f32; 3]>) -> Result<Poi
     })
 }
 
-/// The members `points` and `normals` of an archive; none if it has no `points`, as a carrier has none.
+/// The members `points` and `normals` of an archive; `None` if it has no `points`, such as a carrier.
 fn sample_of_npz(bytes: &[u8]) -> Result<Option<PointSample>> {
     let mut members = arrays_from_npz(bytes)?;
     if members.array("points").is_none() {

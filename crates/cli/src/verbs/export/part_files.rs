@@ -94,7 +94,7 @@ struct PartList<'a> {
 #[derive(Serialize)]
 struct PartEntry {
     label: i32,
-    /// None where none of its faces has a triangle.
+    /// `None` if none of its faces has a triangle.
     file: Option<String>,
     faces: Vec<usize>,
     step_ids: Vec<u64>,

@@ -96,7 +96,7 @@ struct Row {
     numbers: Option<[u32; 2]>,
     /// Whether the labels are constant on faces, so that `label --layers` can store them.
     labels_faces: bool,
-    /// What a shape must hold at least: `brep`, `mesh` or `cloud`; none if it depends on the labels that are imported.
+    /// What a shape must hold at least: `brep`, `mesh` or `cloud`; `None` if it depends on the labels that are imported.
     needs: Option<&'static str>,
     description: String,
 }
