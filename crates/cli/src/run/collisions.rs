@@ -71,7 +71,7 @@ impl Collisions {
         }
     }
 
-    /// What the run folder holds; `None` if an earlier version made it.
+    /// The collisions that the run folder has; `None` if it does not have the file.
     pub(crate) fn read(folder: &RunFolder) -> Result<Option<Self>> {
         if !folder.path(FILE).exists() {
             return Ok(None);
