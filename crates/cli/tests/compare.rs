@@ -55,6 +55,28 @@ fn run(folder: &Path, arguments: &str, code: i32, error: &str) -> String {
     )
 }
 
+#[test]
+fn a_damaged_carrier_is_named_and_ends_in_1_after_everything_else_is_printed() {
+    let folder = corpus();
+    run(folder.path(), "label parts --out data", 0, "");
+    let carrier = program::index(&folder.path().join("data"))[0]["file"].clone();
+    let carrier = folder.path().join("data").join(carrier.as_str().unwrap());
+    fs::write(carrier, b"PK").unwrap();
+    for arguments in [
+        "compare step-parts brep-face --data data --points 100",
+        "sources step-parts brep-face --data data --points 100",
+        "calibrate data",
+    ] {
+        let told = run(
+            folder.path(),
+            arguments,
+            1,
+            "1 carrier cannot be used; everything else is written",
+        );
+        assert!(told.contains("| "), "{arguments}: no table in {told}");
+    }
+}
+
 /// The lines of `shapes.jsonl`.
 fn rows(folder: &Path) -> Vec<serde_json::Value> {
     let text = fs::read_to_string(folder.join("shapes.jsonl")).unwrap();

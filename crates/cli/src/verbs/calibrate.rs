@@ -3,6 +3,7 @@
 //! Everything that `label` reads, carriers and data sets go in. Tables come out on stdout, and with `--out` as Markdown, CSV, JSON
 //! and SVG. Every number and every plot is made by `partprobe_calibration`; this module writes them.
 
+use crate::damaged_carriers::{is_damaged_carrier, refuse_damaged_carriers};
 use crate::interrupt::Interrupt;
 use crate::output_folder::{ensure_empty, make_folder};
 use crate::shape_input::{ShapeArgs, ShapeInput, ShapeInputs};
@@ -72,17 +73,18 @@ pub(crate) fn calibrate(args: &CalibrateArgs) -> Result<()> {
         .with_settings(["label.tau_min=0".to_owned()])
         .open_for("calibrate", &interrupt)?;
     let pool = args.shapes.thread_pool()?;
-    let calibration = pool.install(|| measure(&sources, &settings, &interrupt))?;
+    let (calibration, n_damaged) = pool.install(|| measure(&sources, &settings, &interrupt))?;
     let tables = calibration.tables();
     ensure!(tables.n_shapes > 0, "no shape could be measured");
     if let Some(out) = &args.out {
         write_tables(out, &tables)?;
     }
     if args.json {
-        print_line(tables.to_json().trim_end())
+        print_line(tables.to_json().trim_end())?;
     } else {
-        print_tables(tables.to_markdown().trim_end())
+        print_tables(tables.to_markdown().trim_end())?;
     }
+    refuse_damaged_carriers(n_damaged)
 }
 
 fn settings(args: &CalibrateArgs) -> Result<CalibrationSettings> {
@@ -107,12 +109,12 @@ fn settings(args: &CalibrateArgs) -> Result<CalibrationSettings> {
     })
 }
 
-/// Shapes are added in the order of the sources, whichever thread was faster.
+/// The calibration, and the number of damaged carriers. Shapes are added in the order of the sources, for any number of threads.
 fn measure(
     sources: &ShapeInputs,
     settings: &CalibrationSettings,
     interrupt: &Interrupt,
-) -> Result<Calibration> {
+) -> Result<(Calibration, usize)> {
     let measured = |source: &ShapeInput| {
         let carrier = source.carrier().with_context(|| source.id.clone())?;
         Ok(ShapeCalibration::of(&carrier, settings))
@@ -123,9 +125,13 @@ fn measure(
         .iter()
         .map(|failed| format!("{}: {}", failed.source, failed.reason))
         .collect();
+    let mut n_damaged = 0;
     let take = |shape: Result<ShapeCalibration>| match shape {
         Ok(shape) => calibration.add(shape),
-        Err(error) => failures.push(format!("{error:#}")),
+        Err(error) => {
+            n_damaged += usize::from(is_damaged_carrier(&error));
+            failures.push(format!("{error:#}"));
+        }
     };
     let shapes: Vec<&ShapeInput> = sources.shapes.iter().collect();
     for_each_measured(
@@ -147,7 +153,7 @@ fn measure(
             failures.len()
         ));
     }
-    Ok(calibration)
+    Ok((calibration, n_damaged))
 }
 
 fn write_tables(out: &Path, tables: &CalibrationTables) -> Result<()> {

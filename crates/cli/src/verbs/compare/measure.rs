@@ -23,11 +23,13 @@ pub(super) struct Comparison {
     pub(super) seed: u64,
 }
 
-/// What was measured of one shape.
+/// What was measured of one shape, or of all shapes together.
 #[derive(Debug, Default)]
 pub(super) struct MeasuredShape {
     pub(super) rows: Vec<AgreementRow>,
     pub(super) refused: Vec<RefusedShape>,
+    /// The number of damaged carriers.
+    pub(super) n_damaged: usize,
 }
 
 /// A shape that cannot be compared at all, and the source that is to blame if there is one.

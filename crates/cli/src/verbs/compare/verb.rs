@@ -5,6 +5,7 @@ use super::counts_svg::counts_svg;
 use super::curve_svg::{distance_svg, thickness_svg};
 use super::distribution_svg::distribution_svg;
 use super::measure::{Comparison, MeasuredShape};
+use crate::damaged_carriers::{is_damaged_carrier, refuse_damaged_carriers};
 use crate::interrupt::Interrupt;
 use crate::label_sources::listed_sources;
 use crate::output_folder::{ensure_empty, make_folder};
@@ -120,10 +121,11 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<()> {
         write_files(out, &tables, &measured.rows)?;
     }
     if args.json {
-        print_line(tables.to_json().trim_end())
+        print_line(tables.to_json().trim_end())?;
     } else {
-        print_tables(tables.to_markdown().trim_end())
+        print_tables(tables.to_markdown().trim_end())?;
     }
+    refuse_damaged_carriers(measured.n_damaged)
 }
 
 fn comparison(args: &CompareArgs) -> Result<Comparison> {
@@ -186,6 +188,7 @@ fn measure(
     for shape in found {
         all.rows.extend(shape.rows);
         all.refused.extend(shape.refused);
+        all.n_damaged += shape.n_damaged;
     }
     Ok(all)
 }
@@ -198,9 +201,13 @@ fn measured_shape(comparison: &Comparison, shape: &ShapeInput) -> MeasuredShape 
             shape: shape.id.clone(),
             reason,
         }],
+        n_damaged: 0,
     };
     match shape.carrier() {
-        Err(error) => refused(None, format!("{error:#}")),
+        Err(error) => MeasuredShape {
+            n_damaged: usize::from(is_damaged_carrier(&error)),
+            ..refused(None, format!("{error:#}"))
+        },
         Ok(carrier) => match comparison.measure(&carrier, &shape.source) {
             Ok(measured) => measured,
             Err(error) => refused(error.source, error.reason),

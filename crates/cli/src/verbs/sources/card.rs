@@ -5,6 +5,7 @@
 //! PNG for each picture. Every number is made by `partprobe_eval`, every picture by `partprobe_render`.
 
 use crate::config::{NormalConfig, SampleConfig};
+use crate::damaged_carriers::{is_damaged_carrier, refuse_damaged_carriers};
 use crate::interrupt::Interrupt;
 use crate::label_sources::listed_sources;
 use crate::output_folder::{ensure_empty, make_folder};
@@ -60,7 +61,7 @@ pub(crate) fn source_card(request: &CardRequest<'_>) -> Result<()> {
     let shapes = shape_args.open_for("card", &interrupt)?;
     let pool = shape_args.thread_pool()?;
     let card = Card { request, sources };
-    let tables = pool.install(|| card.measure(&shapes, &interrupt))?;
+    let (tables, n_damaged) = pool.install(|| card.measure(&shapes, &interrupt))?;
     ensure!(
         !tables.sources.is_empty(),
         "no shape could be labeled by any of the sources"
@@ -69,10 +70,11 @@ pub(crate) fn source_card(request: &CardRequest<'_>) -> Result<()> {
         pool.install(|| card.write(out, &tables, &shapes))?;
     }
     if request.is_json {
-        print_line(tables.to_json().trim_end())
+        print_line(tables.to_json().trim_end())?;
     } else {
-        print_tables(tables.to_markdown().trim_end())
+        print_tables(tables.to_markdown().trim_end())?;
     }
+    refuse_damaged_carriers(n_damaged)
 }
 
 /// The sources of a card.
@@ -87,10 +89,13 @@ struct MeasuredShape {
     rows: Vec<CardRow>,
     pairs: Vec<PairRow>,
     refused: Vec<RefusedShape>,
+    /// 1 if the carrier was damaged; their number for all shapes together.
+    n_damaged: usize,
 }
 
 impl Card<'_> {
-    fn measure(&self, shapes: &ShapeInputs, interrupt: &Interrupt) -> Result<CardTables> {
+    /// The tables, and the number of damaged carriers.
+    fn measure(&self, shapes: &ShapeInputs, interrupt: &Interrupt) -> Result<(CardTables, usize)> {
         let mut all = MeasuredShape::default();
         all.refused.extend(shapes.failed.iter().map(|failed| {
             self.refused_by_all(&failed.id, format!("it has no carrier: {}", failed.reason))
@@ -103,6 +108,7 @@ impl Card<'_> {
             all.rows.extend(shape.rows);
             all.pairs.extend(shape.pairs);
             all.refused.extend(shape.refused);
+            all.n_damaged += shape.n_damaged;
         }
         let bootstrap = Bootstrap {
             draws: DRAWS,
@@ -110,14 +116,15 @@ impl Card<'_> {
             least_groups: Bootstrap::LEAST_GROUPS,
         };
         let names = self.request.sources;
-        Ok(card_tables(
+        let tables = card_tables(
             all.rows,
             all.pairs,
             all.refused,
             names,
             N_PICTURES,
             bootstrap,
-        ))
+        );
+        Ok((tables, all.n_damaged))
     }
 
     fn measured_shape(&self, shape: &ShapeInput) -> MeasuredShape {
@@ -125,6 +132,7 @@ impl Card<'_> {
             .carrier()
             .and_then(|carrier| self.labeled(&carrier, &shape.source));
         labeled.unwrap_or_else(|error| MeasuredShape {
+            n_damaged: usize::from(is_damaged_carrier(&error)),
             refused: vec![self.refused_by_all(&shape.id, format!("{error:#}"))],
             ..MeasuredShape::default()
         })
