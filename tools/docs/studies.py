@@ -118,6 +118,15 @@ def run(name, study, arguments):
     print(f"{study['page']}: the block `{name}` is new", file=sys.stderr)
 
 
+def have_other_values(study, commit):
+    """Whether a config says something else than at a commit. Comments do not count."""
+    for name in study["configs"]:
+        done = subprocess.run(["git", "show", f"{commit}:{name}"], cwd=ROOT, capture_output=True, text=True)
+        if done.returncode != 0 or tomllib.loads(done.stdout) != tomllib.loads((ROOT / name).read_text()):
+            return True
+    return False
+
+
 def state_of(name, study):
     """What `list` says of a study, and whether its block can be read."""
     found = block_pattern(name).search((ROOT / study["page"]).read_text())
@@ -138,7 +147,7 @@ def state_of(name, study):
     notes = []
     if since:
         notes.append(f"older than {len(since)} commits to its code")
-    if configs != config_digest(study):
+    if configs != config_digest(study) and have_other_values(study, commit):
         notes.append("its configs have changed")
     return f"{date}, {commit}: " + ("; ".join(notes) or "up to date"), True
 

@@ -1,9 +1,9 @@
 //! Opens a trained backbone: a run folder or a file of weights goes in, the network and the settings by which it prepares shapes come out.
 
-use crate::config::{Config, load, overrides_of_preparation};
+use crate::config::{Config, as_written, key_of, load, overrides_of_preparation};
 use crate::run::{RunFolder, read_weights, weights_path};
 use crate::usage::UsageError;
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result, bail, ensure};
 use partprobe_carrier::{Embeddings, PointSample, sha256_hex};
 use partprobe_net::{Backend, Model, ModelFile, Tokens};
 use serde::{Deserialize, Serialize};
@@ -22,6 +22,46 @@ pub(crate) struct BackboneArgs {
     /// Which training seed; the config's first if not given.
     #[arg(long)]
     seed: Option<u64>,
+}
+
+/// The keys that say how shapes are prepared for a backbone and what becomes of its embeddings.
+const PREPARATION_KEYS: [&str; 6] = [
+    "label.",
+    "net.refine",
+    "sample.",
+    "tokens.test_poses",
+    "tokens.test_tokens",
+    "tokens.voxels",
+];
+
+/// Refuses a setting that does nothing to a trained backbone. `more` are the beginnings of further keys that the caller looks at.
+///
+/// # Errors
+/// If there is such a setting; the message names it and the keys that count.
+pub(crate) fn ensure_preparation(overrides: &[String], more: &[&str]) -> Result<()> {
+    let counts = |key: &str| {
+        let keys = PREPARATION_KEYS.iter().chain(more);
+        keys.copied().any(|counted| key.starts_with(counted))
+    };
+    if let Some(idle) = overrides.iter().find(|set| !counts(key_of(set))) {
+        let keys: Vec<String> = PREPARATION_KEYS
+            .iter()
+            .chain(more)
+            .map(|key| {
+                if key.ends_with('.') {
+                    format!("{key}*")
+                } else {
+                    (*key).to_owned()
+                }
+            })
+            .collect();
+        bail!(UsageError(format!(
+            "{} changes nothing here: the backbone is trained already. These keys count: {}",
+            as_written(idle),
+            keys.join(", ")
+        )));
+    }
+    Ok(())
 }
 
 /// A trained network, and the config by which shapes are prepared for it.
@@ -93,7 +133,7 @@ impl BackboneArgs {
 
     /// The config and the weights of a run folder.
     fn weights_of_run(&self, overrides: &[String]) -> Result<(Config, Vec<u8>)> {
-        let folder = RunFolder::existing(&self.run)?;
+        let folder = RunFolder::to_read(&self.run)?;
         let config = load(&folder.path("config.toml").to_string_lossy(), overrides)?.config;
         config.ensure_point_probe()?;
         let compare = &config.compare;
@@ -140,10 +180,15 @@ impl BackboneArgs {
         let mut all = overrides_of_preparation(&preparation);
         all.extend(overrides.iter().cloned());
         let mut config = load("base", &all)?.config;
-        // The layer behind the head belongs to the file, unless the user asks for another one.
+        // The layer behind the head belongs to the file, unless the user asks for another one, or for none.
+        let asked = overrides
+            .iter()
+            .any(|set| key_of(set).starts_with("net.refine"));
         let refine = config.net.refine.take();
         config.net = model.config().clone();
-        config.net.refine = refine.or(config.net.refine);
+        if asked {
+            config.net.refine = refine;
+        }
         Ok(Backbone { model, config })
     }
 }

@@ -29,10 +29,10 @@ pub(crate) struct ShapeArgs {
     /// Threads; as many as there are cores if not given. The result does not depend on it.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: Option<u16>,
-    /// Settings for what is labeled on the way: a shipped config or a file.
+    /// Settings for STEP files, which are labeled first: a shipped config or a file. They do not change data sets.
     #[arg(long, default_value = "base", value_name = "FILE")]
     config: String,
-    /// Change one setting of what is labeled on the way, for example label.unit=solid.
+    /// Change one setting for STEP files, for example label.unit=solid.
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
     /// What the verb itself sets for what is labeled on the way; the user's own settings win.

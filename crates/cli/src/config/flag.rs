@@ -17,8 +17,17 @@ pub(super) fn without_flag(assignment: &str) -> &str {
         .map_or(assignment, |(assignment, _)| assignment)
 }
 
+/// The key of an override, such as `label.theta_deg`.
+pub(crate) fn key_of(assignment: &str) -> &str {
+    let assignment = without_flag(assignment);
+    assignment
+        .split_once('=')
+        .map_or(assignment, |(key, _)| key)
+        .trim()
+}
+
 /// How the user wrote an override: the name of the flag, or `--set` with the assignment.
-pub(super) fn as_written(assignment: &str) -> String {
+pub(crate) fn as_written(assignment: &str) -> String {
     match assignment.split_once(MARK) {
         Some((_, flag)) => flag.to_owned(),
         None => format!("--set {assignment}"),
@@ -36,5 +45,7 @@ mod tests {
         assert_eq!(without_flag(&by_flag), "label.layers=[]");
         assert_eq!(as_written("a.b=1"), "--set a.b=1");
         assert_eq!(without_flag("a.b=1"), "a.b=1");
+        assert_eq!(key_of(&by_flag), "label.layers");
+        assert_eq!(key_of(" a.b = c=1"), "a.b");
     }
 }

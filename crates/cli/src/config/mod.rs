@@ -21,7 +21,7 @@ pub(crate) use clusterer_name::ClustererName;
 pub(crate) use difference::{Difference, differences, listed};
 #[cfg(feature = "train")]
 pub(crate) use endpoint::{EndpointConfig, EndpointNormals, EndpointShapes};
-pub(crate) use flag::by_flag;
+pub(crate) use flag::{as_written, by_flag, key_of};
 pub(crate) use merge::{LoadedConfig, load, shipped, shipped_descriptions, shipped_names};
 pub(crate) use metric_name::MetricName;
 #[cfg(feature = "train")]

@@ -77,6 +77,9 @@ impl ConfigProblem {
         };
         let advice = match near {
             Some(near) => format!("; did you mean `{near}`?"),
+            None if message.starts_with("missing field") && has_type(path, defaults) => {
+                "; a table with a `type` has no defaults, so write all of its keys".to_owned()
+            }
             None if message.starts_with("missing field") => {
                 "; `base = \"base\"` at the top of the file gives every key its default".to_owned()
             }
@@ -135,6 +138,18 @@ fn without_internal_keys(message: &str) -> String {
     format!("{unknown}, expected {expected}")
 }
 
+/// Whether a path leads to a table whose keys depend on its `type`: the default has another type, or there is no default.
+fn has_type(path: &str, defaults: &Table) -> bool {
+    let mut table = defaults;
+    for part in path.split('.').filter(|part| !part.is_empty()) {
+        match table.get(part).and_then(toml::Value::as_table) {
+            Some(below) => table = below,
+            None => return true,
+        }
+    }
+    table.contains_key("type")
+}
+
 /// The words between backticks.
 fn quoted(message: &str) -> impl Iterator<Item = &str> {
     message.split('`').skip(1).step_by(2)
@@ -152,6 +167,7 @@ fn plain_words(message: &str) -> String {
         "a sequence" => "a list in [ ]",
         "a boolean" => "true or false",
         other if other.starts_with("struct ") => "a table of keys, for example label.theta_deg=12",
+        other if other.starts_with("internally tagged enum ") => "a table with the key `type`",
         other => other,
     };
     format!("{before}expected {plain}")

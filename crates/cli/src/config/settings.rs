@@ -276,8 +276,19 @@ impl TrainTable {
             (self.steps == 0) != (self.epochs == 0),
             "one of train.steps and train.epochs must be positive, and the other 0"
         );
-        ensure!(self.batch_shapes > 0, "train.batch_shapes must be positive");
-        ensure!(self.accumulate > 0, "train.accumulate must be positive");
+        for (key, value) in [
+            ("batch_shapes", self.batch_shapes),
+            ("accumulate", self.accumulate),
+        ] {
+            ensure!(
+                (1..=1_000_000).contains(&value),
+                "train.{key} must be from 1 to 1000000"
+            );
+        }
+        ensure!(
+            self.init.as_deref() != Some(""),
+            "train.init must name a file of weights; leave it out for random weights"
+        );
         ensure!(
             self.valid_every == 0 || self.valid_every_epochs == 0,
             "train.valid_every counts steps and train.valid_every_epochs epochs; one of them must be 0"
@@ -359,10 +370,18 @@ impl Config {
             self.eval.max_iterations > 0,
             "eval.max_iterations must be positive"
         );
+        ensure!(
+            self.eval.tolerance >= 0.0 && self.eval.tolerance.is_finite(),
+            "eval.tolerance must be 0 or positive"
+        );
         self.net.check()?;
         self.tokens.check()?;
         self.loss.check()?;
         self.optim.check()?;
+        #[cfg(feature = "train")]
+        if self.train.epochs == 0 {
+            self.optim.schedule.ensure_fits(self.train.steps)?;
+        }
         self.augment.check()?;
         Ok(())
     }
@@ -446,6 +465,10 @@ impl Config {
         ensure!(
             (shares.iter().sum::<f64>() - 1.0).abs() < 1e-9,
             "split: train, valid and test must add up to 1"
+        );
+        ensure!(
+            split.near_difference >= 0.0 && split.near_difference.is_finite(),
+            "split.near_difference must be 0 or positive"
         );
         ensure!(
             0.0 < split.train_share && split.train_share <= 1.0,

@@ -2,6 +2,7 @@
 
 use super::damaged_json::damaged_json;
 use super::longer::{ensure_longer, is_of_length};
+use super::scoring_keys::is_scoring;
 use crate::config::{Config, differences, listed};
 use crate::usage::UsageError;
 use anyhow::{Context, Result, bail, ensure};
@@ -35,8 +36,8 @@ const EVALUATED: [&str; 4] = ["test", "predictions", "embeddings", "endpoints"];
 #[derive(Debug)]
 pub(crate) struct RunFolder {
     root: PathBuf,
-    /// Locked for as long as this value lives.
-    _lock: File,
+    /// Locked for as long as this value lives; `None` if the folder is only read.
+    _lock: Option<File>,
 }
 
 impl RunFolder {
@@ -71,13 +72,7 @@ impl RunFolder {
     /// # Errors
     /// If it holds no `config.toml`, or another program works in it.
     pub(crate) fn existing(root: &Path) -> Result<Self> {
-        if !root.join("config.toml").is_file() {
-            let reason = match root.is_dir() {
-                true => "is not a run folder: it has no config.toml",
-                false => "is not a folder",
-            };
-            bail!(UsageError(format!("{} {reason}", root.display())));
-        }
+        ensure_is_run(root)?;
         Self::locked(root)
     }
 
@@ -98,7 +93,19 @@ impl RunFolder {
         );
         Ok(Self {
             root: root.to_owned(),
-            _lock: lock,
+            _lock: Some(lock),
+        })
+    }
+
+    /// Opens a folder that a run has made, and writes nothing to it: it may be read-only, or in use.
+    ///
+    /// # Errors
+    /// If it holds no `config.toml`.
+    pub(crate) fn to_read(root: &Path) -> Result<Self> {
+        ensure_is_run(root)?;
+        Ok(Self {
+            root: root.to_owned(),
+            _lock: None,
         })
     }
 
@@ -123,6 +130,15 @@ impl RunFolder {
             key.starts_with("data.") || (key.starts_with("sources.") && key.ends_with(".path"))
         };
         differing.retain(|difference| !is_place(&difference.key));
+        // Nothing has started from the former weights yet.
+        if differing
+            .iter()
+            .all(|difference| difference.key == "train.init")
+            && !differing.is_empty()
+            && !self.path("checkpoints").exists()
+        {
+            return self.write("config.toml", merged_config.as_bytes());
+        }
         if !differing.is_empty()
             && differing
                 .iter()
@@ -135,15 +151,23 @@ impl RunFolder {
             self.forget_evaluation()?;
             return self.write("config.toml", merged_config.as_bytes());
         }
-        ensure!(
-            differing.is_empty(),
-            UsageError(format!(
-                "{} was started with another config: {}; resume with the same config and --set, or choose another --out",
-                self.root.display(),
-                listed(&differing)
-            ))
-        );
-        Ok(())
+        if differing.is_empty() {
+            return Ok(());
+        }
+        // `eval --set` may have changed these keys after the run.
+        let advice = if differing
+            .iter()
+            .all(|difference| is_scoring(&difference.key))
+        {
+            "repeat that with --set, or change it by `partprobe eval RUN --set KEY=VALUE` first"
+        } else {
+            "resume with the same config and --set, or choose another --out"
+        };
+        bail!(UsageError(format!(
+            "{} was started with another config: {}; {advice}",
+            self.root.display(),
+            listed(&differing)
+        )))
     }
 
     /// Takes away what a former evaluation has written: from here on, nothing says that the folder is evaluated.
@@ -244,6 +268,17 @@ fn is_same_call(root: &Path, merged_config: &str) -> Result<bool> {
     let stored = fs::read_to_string(root.join("config.toml"));
     let is_same = stored.is_ok_and(|stored| stored == merged_config);
     Ok(is_same && !holds_more_than(root, &PREPARED)?)
+}
+
+fn ensure_is_run(root: &Path) -> Result<()> {
+    if root.join("config.toml").is_file() {
+        return Ok(());
+    }
+    let reason = match root.is_dir() {
+        true => "is not a run folder: it has no config.toml",
+        false => "is not a folder",
+    };
+    bail!(UsageError(format!("{} {reason}", root.display())));
 }
 
 /// Whether a folder holds anything but a lock.

@@ -9,6 +9,31 @@ use anyhow::{Context, Result, ensure};
 use partprobe_carrier::sha256_hex;
 use partprobe_net::{Backend, InitialWeights, Model, ModelFile};
 use std::fs;
+use std::path::Path;
+
+/// Refuses weights that a training of the run could not start from, before its folder is made. Trainings that have a checkpoint in the
+/// folder have started.
+///
+/// # Errors
+/// As for [`initial_weights`].
+pub(crate) fn ensure_initial_weights(
+    config: &Config,
+    supervisions: &[String],
+    folder: &Path,
+    backend: Backend,
+) -> Result<()> {
+    for supervision in supervisions {
+        for &seed in &config.compare.seeds {
+            let has_started = folder
+                .join(format!("checkpoints/{supervision}-{seed}"))
+                .exists();
+            if !has_started {
+                initial_weights(config, (supervision, seed), backend)?;
+            }
+        }
+    }
+    Ok(())
+}
 
 /// Weights from another run.
 pub(super) struct LoadedWeights {

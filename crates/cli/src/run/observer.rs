@@ -46,14 +46,20 @@ impl<'a> RunObserver<'a> {
     ) -> Result<Self> {
         let steps = (training.n_steps_done(), training.settings().train.steps);
         let names = (job.supervision, job.seed);
+        let valid_every = job.config.train.n_steps_between_validations(n_shapes);
+        let mut history = History::read(job.folder, &job.path("validations.json"), steps.0)?;
+        if steps.0 < steps.1 {
+            // A training that is made longer was validated at its former end.
+            history.keep_due(valid_every);
+        }
         Ok(Self {
             job,
             valid,
-            valid_every: job.config.train.n_steps_between_validations(n_shapes),
+            valid_every,
             clocks,
             begun: Instant::now(),
             deadline: job.args.deadline(),
-            history: History::read(job.folder, &job.path("validations.json"), steps.0)?,
+            history,
             log: TrainingLog::open(job.folder, &job.execution.progress, names, steps)?,
         })
     }

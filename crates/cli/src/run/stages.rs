@@ -101,6 +101,8 @@ impl<'a> Run<'a> {
         let is_shorter = |record: TrainingRecord| record.steps < n_steps && !record.stopped_early;
         if weights.exists() && !record.is_some_and(is_shorter) {
             let names = (supervision, seed);
+            let progress = &self.execution.progress;
+            progress.note(&format!("{supervision} seed {seed} is trained already"));
             return ensure_trained_here(self.folder, names, &data, self.execution.backend);
         }
         let shapes = &self.data.shapes;

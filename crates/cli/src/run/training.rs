@@ -36,9 +36,11 @@ impl TrainingJob<'_> {
             &clocks,
             |mut batches| {
                 let fitted = self.fit(&mut training, &mut batches, &mut observer);
-                observer
-                    .log
-                    .end(training.n_steps_done(), clocks.loading_seconds())?;
+                observer.log.end(
+                    training.n_steps_done(),
+                    clocks.loading_seconds(),
+                    fitted.is_ok(),
+                )?;
                 fitted.map_err(|error| self.explain(error, &training, train))
             },
         )?;

@@ -233,11 +233,11 @@ impl<'a> TrainingLog<'a> {
     ///
     /// # Errors
     /// If the line cannot be written.
-    pub(super) fn end(&self, step: usize, loading_seconds: f64) -> Result<()> {
+    pub(super) fn end(&self, step: usize, loading_seconds: f64, is_finished: bool) -> Result<()> {
         let seconds = self.updating.as_secs_f64();
         let wait_share = self.waiting.as_secs_f64() / seconds.max(1e-9);
         self.folder.log(&EndLine {
-            event: "end",
+            event: if is_finished { "end" } else { "stop" },
             supervision: self.supervision,
             seed: self.seed,
             step,

@@ -76,6 +76,12 @@ impl History {
         Ok(history)
     }
 
+    /// Keeps the validations that are due every so many steps. With 0, none is due before the end.
+    pub(super) fn keep_due(&mut self, valid_every: usize) {
+        self.validations
+            .retain(|validation| valid_every > 0 && validation.step.is_multiple_of(valid_every));
+    }
+
     /// Adds a validation; whether it is the best so far.
     pub(super) fn add(&mut self, validation: Validation) -> bool {
         let step = validation.step;

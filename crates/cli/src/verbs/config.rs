@@ -3,7 +3,7 @@
 use crate::config::{Config, load, shipped, shipped_descriptions};
 use crate::markdown_table::{Alignment, markdown_table};
 #[cfg(feature = "train")]
-use crate::run::checked_expectations;
+use crate::run::{checked_expectations, ensure_frozen_parts};
 use crate::stdout::{print_line, print_result, print_tables};
 use crate::usage::as_usage_error;
 use anyhow::Result;
@@ -84,7 +84,10 @@ fn ensure_known_names(config: &Config) -> Result<()> {
         }
     }
     #[cfg(feature = "train")]
-    checked_expectations(config)?;
+    {
+        checked_expectations(config)?;
+        ensure_frozen_parts(config)?;
+    }
     Ok(())
 }
 

@@ -2,7 +2,7 @@
 
 use crate::config::{Config, Difference, differences, load};
 use crate::run::{
-    Execution, ExecutionArgs, Run, RunFolder, checked_expectations, ensure_settings_of,
+    Execution, ExecutionArgs, Run, RunFolder, checked_expectations, ensure_settings_of, is_scoring,
     named_sources, remembered_data,
 };
 use crate::usage::{UsageError, as_usage_error};
@@ -13,7 +13,10 @@ use std::process::ExitCode;
 
 /// Score the trained backbones of a run folder again, and write its tables.
 #[derive(Clone, Debug, clap::Args)]
-#[command(after_help = "Example: partprobe eval runs/mine --set eval.restarts=30")]
+#[command(after_help = "Example: partprobe eval runs/mine --set eval.restarts=30
+
+--set accepts the keys that say how backbones are scored: compare.*, endpoints, eval.*, expect.*, net.refine, sources.*,
+tokens.test_poses and tokens.test_tokens. The values stay in the config of the run folder. To return to former values, set them again.")]
 pub(crate) struct EvalArgs {
     /// The run folder.
     #[arg(value_name = "RUN")]
@@ -55,27 +58,8 @@ pub(crate) fn eval(args: &EvalArgs) -> Result<ExitCode> {
     run.print_results(&results, run.evaluate_endpoints()?)
 }
 
-/// The keys that say how backbones are scored, and not how they were trained; `compare.` stands for all of its keys.
-/// Labels that come from files are told apart by their own hashes, in `split.json`.
-const SCORING_KEYS: [&str; 8] = [
-    "compare.",
-    "endpoints",
-    "eval.",
-    "expect.",
-    // Training never sees this layer.
-    "net.refine",
-    "sources.",
-    "tokens.test_poses",
-    "tokens.test_tokens",
-];
-
 /// Refuses settings that decided the training: with others, the run's config would be wrong.
 fn refuse_new_settings(stored: &Config, asked: &Config) -> Result<()> {
-    let is_scoring = |key: &str| {
-        SCORING_KEYS.iter().any(|scoring| key.starts_with(scoring))
-            || key == "expect"
-            || key == "sources"
-    };
     let fixed: Vec<String> = differences(stored, asked)
         .into_iter()
         .filter(|difference| !is_scoring(&difference.key))

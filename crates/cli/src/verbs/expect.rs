@@ -6,7 +6,7 @@ use crate::usage::UsageError;
 use anyhow::{Result, ensure};
 use partprobe_eval::{KBin, METRICS, Metric, ScoreRow};
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Derive bounds on scores from finished runs of several seeds
 #[derive(Clone, Debug, clap::Args)]
@@ -39,7 +39,13 @@ pub(crate) fn expect(args: &ExpectArgs) -> Result<()> {
         UsageError("--deviations must not be negative".to_owned())
     );
     let mut means = SeedMeans::new();
-    for path in &args.runs {
+    for (idx, path) in args.runs.iter().enumerate() {
+        ensure!(
+            !args.runs[..idx]
+                .iter()
+                .any(|earlier| is_same_folder(earlier, path)),
+            UsageError(format!("{} is given twice", path.display()))
+        );
         add_run(&ScoredRun::read(path)?, &mut means);
     }
     let n_seeds = means.values().map(Vec::len).max().unwrap_or(0);
@@ -62,6 +68,13 @@ pub(crate) fn expect(args: &ExpectArgs) -> Result<()> {
         ))?;
     }
     Ok(())
+}
+
+fn is_same_folder(a: &Path, b: &Path) -> bool {
+    match (a.canonicalize(), b.canonicalize()) {
+        (Ok(a), Ok(b)) => a == b,
+        _ => false,
+    }
 }
 
 /// Adds the means of the label sources of a run, each of its seeds apart, with the first clusterer of its table.

@@ -167,7 +167,7 @@ fn differing_settings(runs: &[ScoredRun]) -> Option<String> {
     }
     (!differing.is_empty()).then(|| {
         format!(
-            "The runs were scored with other settings: {}. Rows without a training are of the first run.",
+            "The runs were scored with different settings: {}. Rows without a training are of the first run.",
             differing.join("; ")
         )
     })

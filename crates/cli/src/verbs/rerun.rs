@@ -75,8 +75,8 @@ pub(crate) fn rerun(args: &RerunArgs) -> Result<ExitCode> {
     run(&repeated)?;
 
     let differing = differing_files(&args.run, &out)?;
-    for name in differing.names.iter().take(MAX_NAMED) {
-        print_result(format_args!("differs: {name}"))?;
+    for (name, difference) in differing.names.iter().take(MAX_NAMED) {
+        print_result(format_args!("{difference}: {name}"))?;
     }
     let n_differing = differing.names.len();
     print_result(format_args!(
@@ -115,7 +115,7 @@ fn with_again(run: &Path) -> PathBuf {
 
 /// The data set of the run, or nothing if the run generated its parts.
 fn data_of(path: &Path) -> Result<Vec<PathBuf>> {
-    let folder = RunFolder::existing(path)?;
+    let folder = RunFolder::to_read(path)?;
     let config = load(&folder.path("config.toml").to_string_lossy(), &[])?.config;
     let data = remembered_data(&folder)?;
     let is_own = data.starts_with(folder.root());
@@ -129,7 +129,8 @@ fn data_of(path: &Path) -> Result<Vec<PathBuf>> {
 /// What a comparison of two run folders found.
 struct Comparison {
     n_compared: usize,
-    names: Vec<String>,
+    /// The files that are not the same, and how they differ.
+    names: Vec<(String, &'static str)>,
 }
 
 /// Compares all files that a run makes from its numbers; logs and times are left out.
@@ -142,11 +143,31 @@ fn differing_files(first: &Path, second: &Path) -> Result<Comparison> {
         names.insert("scores.jsonl".to_owned());
     }
     let content = |root: &Path, name: &str| fs::read(root.join(name)).ok();
-    let differs = |name: &&String| content(first, name) != content(second, name);
+    let compared = |name: &String| {
+        let difference = match (content(first, name), content(second, name)) {
+            (first, second) if first == second => return None,
+            (Some(first), Some(second)) if values(name, &first) == values(name, &second) => {
+                "differs in the settings that it records, not in its values"
+            }
+            (Some(_), Some(_)) => "differs",
+            (None, _) => "is in the new run only",
+            (_, None) => "is missing in the new run",
+        };
+        Some((name.clone(), difference))
+    };
     Ok(Comparison {
         n_compared: names.len(),
-        names: names.iter().filter(differs).cloned().collect(),
+        names: names.iter().filter_map(compared).collect(),
     })
+}
+
+/// The values of a file: all of its bytes, or those behind the header of a safetensors file, whose length its first eight bytes tell.
+fn values<'a>(name: &str, bytes: &'a [u8]) -> &'a [u8] {
+    let header = match bytes.first_chunk() {
+        Some(&length) if name.ends_with(".safetensors") => 8 + u64::from_le_bytes(length) as usize,
+        _ => 0,
+    };
+    bytes.get(header..).unwrap_or(bytes)
 }
 
 /// The weights and arrays below a folder.

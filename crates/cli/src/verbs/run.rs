@@ -5,8 +5,8 @@ use crate::given_path::ensure_exists;
 use crate::label::{LabelJob, label_paths};
 use crate::run::{
     EndpointTables, Execution, ExecutionArgs, Run, RunFolder, RunRecord, TrainingArgs,
-    checked_expectations, ensure_frozen_parts, ensure_settings_of, named_sources, page_of_run,
-    remember_data, settings_of, today, with_data,
+    checked_expectations, ensure_frozen_parts, ensure_initial_weights, ensure_settings_of,
+    named_sources, page_of_run, remember_data, settings_of, today, with_data,
 };
 use crate::usage::{UsageError, as_usage_error};
 use crate::verbs::synth::write_parts;
@@ -31,7 +31,7 @@ pub(crate) struct RunArgs {
     /// A shipped config or a TOML file. `partprobe config list` lists the shipped configs.
     #[arg(value_name = "NAME|FILE")]
     config: String,
-    /// STEP files, folders, lists of paths, or a labeled data set; instead of the config's own.
+    /// STEP files, folders, lists of paths, or a labeled data set. They replace `data.paths` of the config.
     #[arg(long, value_name = "PATH", num_args = 1..)]
     data: Vec<PathBuf>,
     /// The run folder; `runs/DATE-NAME` if not given.
@@ -87,6 +87,8 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode> {
         .clone()
         .unwrap_or_else(|| Path::new("runs").join(format!("{}-{}", today(), loaded.name)));
     let execution = Execution::new(&args.execution)?;
+    let supervision = &loaded.config.compare.supervision;
+    ensure_initial_weights(&loaded.config, supervision, &root, execution.backend)?;
     let folder = RunFolder::open(&root, &loaded.merged, args.resume)?;
     let data_names = data.iter().map(|path| path.display().to_string()).collect();
     let mut timed = Stages {

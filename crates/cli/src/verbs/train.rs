@@ -3,7 +3,7 @@
 use crate::config::load;
 use crate::run::{
     Execution, ExecutionArgs, Run, RunFolder, RunRecord, TrainingArgs, ensure_frozen_parts,
-    remember_data, settings_of, weights_path, with_data,
+    ensure_initial_weights, remember_data, settings_of, weights_path, with_data,
 };
 use crate::stdout::print_result;
 use crate::usage::UsageError;
@@ -64,6 +64,8 @@ pub(crate) fn train(args: &TrainArgs) -> Result<ExitCode> {
     let loaded = with_data(std::slice::from_ref(&args.data), loaded, &args.config, &set)?;
     let config = &loaded.config;
     let execution = Execution::new(&args.execution)?;
+    let supervision = std::slice::from_ref(&args.supervision);
+    ensure_initial_weights(config, supervision, &args.out, execution.backend)?;
     let folder = RunFolder::open(&args.out, &loaded.merged, args.resume)?;
     let data = vec![args.data.display().to_string()];
     RunRecord::new(&execution, data, Some(settings_of(&args.data)?)).begin_training(&folder)?;

@@ -106,6 +106,25 @@ impl OptimConfig {
 }
 
 impl ScheduleConfig {
+    /// Refuses lines up and down that are longer than the training: the highest rate would never be reached.
+    ///
+    /// # Errors
+    /// If a trapezoid has no room in this number of updates.
+    pub fn ensure_fits(&self, n_steps: usize) -> Result<(), ConfigError> {
+        let Self::Trapezoid {
+            warmup_steps,
+            cooldown_steps,
+        } = self
+        else {
+            return Ok(());
+        };
+        ensure(
+            warmup_steps.saturating_add(*cooldown_steps) <= n_steps,
+            "optim.schedule",
+            "must leave room: warmup_steps and cooldown_steps are together more than all updates of the training",
+        )
+    }
+
     fn check(&self) -> Result<(), ConfigError> {
         let check_warmup = |fraction| {
             ensure(

@@ -93,6 +93,7 @@ impl TrainSettings {
         self.augment.check()?;
         self.tokens.check()?;
         ensure(self.train.steps > 0, "train.steps", "must be positive")?;
+        self.optim.schedule.ensure_fits(self.train.steps)?;
         let in_reach = 1..=1_000_000;
         ensure(
             in_reach.contains(&self.train.batch_shapes),

@@ -3,7 +3,10 @@
 use super::backbones::{BackboneConfig, Ptv3Config};
 use super::refine::RefineConfig;
 use crate::config::{ConfigError, ensure};
-use serde::{Deserialize, Serialize};
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{self, MapAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize};
+use std::fmt;
 
 /// A backbone and the embedding head above it.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
@@ -14,9 +17,46 @@ pub struct NetConfig {
     /// Length of an embedding (paper: 128).
     pub embedding_dim: usize,
     /// The layer behind the embedding head. It has no parameters, and training never sees it. `None` gives the plain
-    /// head of the paper.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    /// head of the paper; a file may write it as `"none"`.
+    #[serde(
+        default,
+        deserialize_with = "refine_or_none",
+        skip_serializing_if = "Option::is_none"
+    )]
     pub refine: Option<RefineConfig>,
+}
+
+/// Reads the layer, or the word `none`: a config takes away the layer of its base by this word.
+fn refine_or_none<'de, D: Deserializer<'de>>(
+    deserializer: D,
+) -> Result<Option<RefineConfig>, D::Error> {
+    deserializer.deserialize_any(RefineOrNone)
+}
+
+struct RefineOrNone;
+
+impl<'de> Visitor<'de> for RefineOrNone {
+    type Value = Option<RefineConfig>;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a table with the key `type`, or \"none\"")
+    }
+
+    fn visit_unit<E: de::Error>(self) -> Result<Self::Value, E> {
+        Ok(None)
+    }
+
+    fn visit_str<E: de::Error>(self, word: &str) -> Result<Self::Value, E> {
+        if word == "none" {
+            Ok(None)
+        } else {
+            Err(E::invalid_value(de::Unexpected::Str(word), &self))
+        }
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Self::Value, A::Error> {
+        RefineConfig::deserialize(MapAccessDeserializer::new(map)).map(Some)
+    }
 }
 
 impl Default for NetConfig {

@@ -39,6 +39,16 @@ pub enum RefineError {
     NotFinite,
 }
 
+impl Default for RefineConfig {
+    /// The mean shift of the shipped configs.
+    fn default() -> Self {
+        Self::MeanShift {
+            kappa: 20.0,
+            steps: 8,
+        }
+    }
+}
+
 impl RefineConfig {
     /// The name of the layer in tables.
     #[must_use]

@@ -42,6 +42,11 @@ pub enum WeightsError {
         "the file is damaged: its values do not have the hash that it names; restore it or train again"
     )]
     Damaged,
+    /// The tensors have the names of another program.
+    #[error(
+        "the tensors have Pointcept's names; convert the file with `partprobe weights from-pointcept`"
+    )]
+    PointceptNames,
     /// The weights belong to another network.
     #[error("the weights are of another network: {0}; use the config that they were trained with")]
     OtherNetwork(String),
@@ -88,6 +93,11 @@ impl<T: Serialize + for<'a> Deserialize<'a>> TensorFile<T> {
 
     pub(crate) fn from_bytes(bytes: &[u8]) -> Result<Self, WeightsError> {
         let (_, metadata) = SafeTensors::read_metadata(bytes)?;
+        // PyTorch counts the batches of a batch norm, which nothing here does.
+        let is_of_pytorch = |name: &String| name.ends_with("num_batches_tracked");
+        if metadata.tensors().keys().any(is_of_pytorch) {
+            return Err(WeightsError::PointceptNames);
+        }
         let entry = metadata
             .metadata()
             .as_ref()

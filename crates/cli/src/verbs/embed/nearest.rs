@@ -7,7 +7,7 @@ use super::form::{Form, shape_row};
 use super::index::read_index;
 use super::input::{Input, Inputs};
 use super::library_model::LibraryModel;
-use crate::backbone::{Backbone, BackboneArgs};
+use crate::backbone::{Backbone, BackboneArgs, ensure_preparation};
 use crate::counted::counted;
 use crate::markdown_table::{Alignment, markdown_table};
 use crate::run::{Execution, ExecutionArgs};
@@ -108,6 +108,7 @@ fn backbone_of(
     model: &LibraryModel,
     execution: &Execution,
 ) -> Result<Backbone> {
+    ensure_preparation(&args.execution.set, &[])?;
     let set = [model.set.as_slice(), &args.execution.set].concat();
     let backbone: BackboneArgs = match &args.model {
         Some(path) => model.backbone.in_another_place(path),

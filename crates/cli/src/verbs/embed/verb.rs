@@ -4,7 +4,7 @@ use super::form::{Form, Precision, is_of};
 use super::index::{IndexLine, write_index};
 use super::input::{Input, Inputs};
 use super::library_model::LibraryModel;
-use crate::backbone::{Backbone, BackboneArgs};
+use crate::backbone::{Backbone, BackboneArgs, ensure_preparation};
 use crate::counted::counted;
 use crate::output_folder::ensure_empty;
 use crate::run::{Execution, ExecutionArgs};
@@ -23,9 +23,10 @@ use std::process::ExitCode;
   partprobe embed model.safetensors scan.ply mesh.obj --form points --dtype f16 --out embeddings/
   partprobe embed runs/mine dataset/ --form shapes --out library/       for `partprobe nearest`
 
-RUN is a run folder, or the model.safetensors of one, which says itself what network it is and how shapes are prepared.
-STEP files, carriers and meshes are sampled by [sample], keyed by the shape's id: give the carrier of a data set for its
-very points. Points (PLY with nx ny nz; NPZ with points and normals) are taken as they are.
+RUN is a run folder, or the model.safetensors of one. The file contains the settings of the network and of how shapes are prepared.
+STEP files, carriers and meshes are sampled by [sample], keyed by the id of the shape. To get the same points as in a data set, give
+its carriers. Points (PLY with nx ny nz; NPZ with points and normals) are taken as they are.
+--set accepts keys of how shapes are prepared: label.*, sample.*, net.refine, tokens.test_tokens, tokens.test_poses, tokens.voxels.
 Each shape gives <id>.npz with
   --form tokens  embeddings (tokens, dim), token_of_point u32 and multiplicity u32:
                  f['embeddings'][f['token_of_point']] has a row for each point
@@ -65,6 +66,7 @@ pub(crate) struct EmbedArgs {
 /// If the run has no such backbone, a shape could not be embedded, or the output cannot be written.
 pub(crate) fn embed(args: &EmbedArgs) -> Result<ExitCode> {
     let execution = Execution::new(&args.execution)?;
+    ensure_preparation(&args.execution.set, &[])?;
     let backbone = args.backbone.open(&args.execution.set, execution.backend)?;
     if !args.resume {
         ensure_empty(&args.out)?;

@@ -10,7 +10,8 @@ use super::outputs::Outputs;
 use super::predicted_labels::PredictedLabels;
 use super::session::ExportSession;
 use super::shape_line::ShapeLine;
-use crate::backbone::{Backbone, BackboneArgs};
+use crate::backbone::{Backbone, BackboneArgs, ensure_preparation};
+use crate::config::key_of;
 use crate::counted::counted;
 use crate::points::points_of;
 use crate::run::npz_bytes;
@@ -55,11 +56,12 @@ pub(crate) struct PredictArgs {
     backbone: BackboneArgs,
     #[command(flatten)]
     folder: FolderArgs,
-    /// The number of parts: `auto` finds it, `step-parts` takes as many as the part rule finds, or a number.
+    /// The number of parts: `auto` finds it, `step-parts` takes as many as the part rule finds, or a number. `auto` looks for the modes of a
+    /// mean shift, which is that of `net.refine` or, without this key, one of 8 steps with kappa 20.
     #[arg(long, value_name = "K", default_value = "auto")]
     k: PartCount,
-    /// The clustering: `k-means` or `average-link` if --k gives the number of parts, which is `k-means` without this option;
-    /// `modes` if --k is `auto`.
+    /// The clustering: `k-means` or `average-link` if --k gives the number of parts, and `k-means` without this option. With `--k auto` it is
+    /// always `modes`.
     #[arg(long, value_name = "NAME")]
     clusterer: Option<String>,
 }
@@ -94,9 +96,7 @@ impl FromStr for PartCount {
 /// If there is no such backbone, no shape could be divided, or the folder cannot be written to.
 pub(crate) fn predict(args: &PredictArgs) -> Result<()> {
     let clusterer = args.clusterer()?;
-    let backbone = args
-        .backbone
-        .open(args.folder.shapes.settings(), Backend::default())?;
+    let backbone = args.open_backbone()?;
     let settings = json!({
         "clusterer": clusterer.name,
         "refine": backbone.config.net.refine,
@@ -142,6 +142,20 @@ impl PredictArgs {
             ))
         );
         Ok(found)
+    }
+
+    /// The backbone. If the number of parts is to be found, its embeddings go through a mean shift, whose modes are the parts.
+    fn open_backbone(&self) -> Result<Backbone> {
+        let overrides = self.folder.shapes.settings();
+        ensure_preparation(overrides, &["eval."])?;
+        let mut backbone = self.backbone.open(overrides, Backend::default())?;
+        let is_chosen = overrides
+            .iter()
+            .any(|set| key_of(set).starts_with("net.refine"));
+        if self.k == PartCount::Auto && !is_chosen {
+            backbone.config.net.refine.get_or_insert_default();
+        }
+        Ok(backbone)
     }
 
     /// The shapes, labeled as the backbone's own were.
