@@ -595,6 +595,31 @@ fn weights_that_would_make_a_comparison_unfair_start_no_training() {
         1,
         "train.init: nowhere.safetensors",
     );
+    // What can be told without the shapes leaves no folder behind.
+    for out in ["net", "none"] {
+        assert!(!fixture.path(out).exists(), "{out}");
+    }
+    // Nothing has started from the weights that were refused, so others may be named.
+    let other = r#"train.init="run/checkpoints/step-parts-0/model.safetensors""#;
+    fixture.check(
+        &[
+            "train",
+            "tiny.toml",
+            "--data",
+            "data",
+            "--supervision",
+            "step-parts",
+            "--out",
+            "split",
+            "--resume",
+            "--set",
+            "split.seed=3",
+            "--set",
+            other,
+        ],
+        1,
+        "train.init names weights that cannot be used here",
+    );
 
     let both = r#"compare.supervision=["step-parts", "brep-face"]"#;
     let fixed = init(&format!("run/{WEIGHTS}"));
@@ -605,6 +630,24 @@ fn weights_that_would_make_a_comparison_unfair_start_no_training() {
         1,
         "was trained on `step-parts`, and would start a training on `brep-face`|write {source} in the path",
     );
+    // A run looks at the weights of all sources before it trains on the first.
+    fixture.check(
+        &[
+            "run",
+            "tiny.toml",
+            "--data",
+            "data",
+            "--out",
+            "all",
+            "--set",
+            both,
+            "--set",
+            &fixed,
+        ],
+        1,
+        "would start a training on `brep-face`",
+    );
+    assert!(!fixture.path("all").exists());
 }
 
 #[test]
@@ -653,6 +696,29 @@ fn a_run_is_repeated_from_its_folder() {
     let told = fixture.check(&["rerun", "run", "--out", "second"], 0, "");
     assert!(told.contains(" compared, 0 of them differ"), "{told}");
 
+    // Weights record the settings of the evaluation, which `eval` may have changed.
+    fixture.check(&["eval", "run", "--set", "tokens.test_tokens=50"], 0, "");
+    let told = fixture.check(&["rerun", "run", "--out", "fewer"], 1, "");
+    assert!(
+        told.contains("in the settings that it records, not in its values: checkpoints/")
+            && told.contains(", 1 of them differ"),
+        "{told}"
+    );
+    let resumed = [
+        "run",
+        "tiny.toml",
+        "--data",
+        "data",
+        "--out",
+        "run",
+        "--resume",
+    ];
+    fixture.check(
+        &resumed,
+        2,
+        "change it by `partprobe eval RUN --set KEY=VALUE`",
+    );
+
     // A prediction that was changed is noticed.
     let changed = fs::read_dir(fixture.path("run/predictions/untrained-0")).unwrap();
     let changed = changed.map(|entry| entry.unwrap().path()).min().unwrap();
@@ -671,6 +737,7 @@ fn a_run_is_repeated_from_its_folder() {
 fn bounds_follow_from_several_seeds() {
     let fixture = Fixture::new();
     fixture.check(&["expect", "run"], 2, "one seed has no standard deviation");
+    fixture.check(&["expect", "run", "./run"], 2, "./run is given twice");
     let seeds = [
         "--data",
         "data",

@@ -145,6 +145,35 @@ fn shapes_are_divided_and_other_verbs_read_the_labels() {
 }
 
 #[test]
+fn parts_are_found_behind_a_mean_shift_and_idle_settings_are_refused() {
+    let fixture = Fixture::new();
+    let data = "first/data/carriers";
+    let predicted = |out: &str, more: &[&str]| {
+        let fixed = ["predict", "first", data, "--out", out];
+        assert_code(&fixture.program(&[&fixed[..], more].concat()), 0);
+        contents(&fixture.path(out))
+    };
+    let found = predicted("found", &[]);
+    let named = r#"net.refine={type="mean-shift", kappa=20.0, steps=8}"#;
+    assert_eq!(found, predicted("named", &["--set", named]));
+    assert_ne!(found, predicted("plain", &["--set", "net.refine=none"]));
+
+    for (verb, idle) in [
+        ("predict", "train.steps=9"),
+        ("embed", "optim.learning_rate=5"),
+        ("embed", "eval.restarts=5"),
+    ] {
+        let output = fixture.program(&[verb, "first", data, "--out", "x", "--set", idle]);
+        assert_code(&output, 2);
+        let told = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(
+            told.contains(&format!("--set {idle} changes nothing here")),
+            "{told}"
+        );
+    }
+}
+
+#[test]
 fn step_files_meshes_and_clouds_are_prepared_as_the_training_was() {
     let fixture = Fixture::new();
     let corners = [

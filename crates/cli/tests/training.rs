@@ -540,6 +540,70 @@ fn a_longer_training_has_the_bytes_of_one_of_that_length() {
 }
 
 #[test]
+fn a_longer_training_has_the_validations_of_one_of_that_length() {
+    let fixture = Fixture::new();
+    let constant = r#"optim.schedule={type="constant"}"#;
+    let longer = |keep: &str, valid_every: &str, n_steps: &str, more: &[&str]| {
+        let sets = [
+            constant,
+            &format!("train.keep={keep}"),
+            &format!("train.valid_every={valid_every}"),
+            &format!("train.steps={n_steps}"),
+        ]
+        .map(str::to_owned);
+        let sets = sets.iter().flat_map(|set| ["--set", set.as_str()]);
+        let arguments: Vec<&str> = sets.chain(more.iter().copied()).collect();
+        let out = format!("{keep}-{valid_every}");
+        let output = fixture.train(&out, &arguments);
+        let validations = format!("{out}/checkpoints/step-parts-0/validations.json");
+        (
+            output,
+            fs::read_to_string(fixture.path(&validations)).unwrap(),
+        )
+    };
+    // The validation at the former end was not due, so it does not stay.
+    assert_code(&longer("last", "4", "6", &[]).0, 0);
+    let (output, after) = longer("last", "4", "9", &["--resume"]);
+    assert_code(&output, 0);
+    assert!(!after.contains("\"step\": 6"), "{after}");
+    assert!(after.contains("\"step\": 8"), "{after}");
+
+    assert_code(&longer("best", "4", "6", &[]).0, 0);
+    let (refused, _) = longer("best", "4", "9", &["--resume"]);
+    assert_code(&refused, 2);
+    let told = String::from_utf8_lossy(&refused.stderr).into_owned();
+    assert!(told.contains("a multiple of train.valid_every"), "{told}");
+
+    assert_code(&longer("best", "3", "6", &[]).0, 0);
+    assert_code(&longer("best", "3", "9", &["--resume"]).0, 0);
+}
+
+#[test]
+fn a_cool_down_fits_into_the_training_and_into_its_new_updates() {
+    let fixture = Fixture::new();
+    let train = |schedule: &str, n_steps: &str, more: &[&str]| {
+        let (schedule, steps) = (
+            format!("optim.schedule={schedule}"),
+            format!("train.steps={n_steps}"),
+        );
+        let sets = ["--set", &schedule, "--set", &steps];
+        let output = fixture.train("cooled", &[&sets[..], more].concat());
+        let told = String::from_utf8_lossy(&output.stderr).into_owned();
+        (output.status.code(), told)
+    };
+    let trapezoid = |up: usize, down: usize| {
+        format!(r#"{{type="trapezoid", warmup_steps={up}, cooldown_steps={down}}}"#)
+    };
+    let (code, told) = train(&trapezoid(5, 5), "6", &[]);
+    assert_eq!(code, Some(2), "{told}");
+    assert!(told.contains("optim.schedule must leave room"), "{told}");
+    assert_eq!(train(&trapezoid(2, 0), "6", &[]).0, Some(0));
+    let (code, told) = train(&trapezoid(2, 5), "9", &["--resume"]);
+    assert_eq!(code, Some(2), "{told}");
+    assert!(told.contains("cooldown_steps can be at most 3"), "{told}");
+}
+
+#[test]
 fn a_schedule_that_spans_all_steps_is_not_made_longer() {
     let fixture = Fixture::new();
     let before = fixture.weights("first");
@@ -549,7 +613,7 @@ fn a_schedule_that_spans_all_steps_is_not_made_longer() {
     let told = String::from_utf8_lossy(&output.stderr).into_owned();
     for text in [
         "train.steps is 6, not 9",
-        "spans all of train.steps",
+        "must give all former updates the same learning rate",
         "--init",
     ] {
         assert!(told.contains(text), "{told}");
