@@ -1,10 +1,10 @@
 //! Finds label sources by name: the built-in ones, and those of the config's `[sources.NAME]` tables.
 
-use crate::config::Config;
+use crate::config::{Config, nearest};
 use crate::disk_files::DiskFiles;
 use crate::source_types::open_source;
 use crate::usage::{UsageError, as_usage_error};
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result, anyhow, ensure};
 use partprobe_imports::ImportedSource;
 use partprobe_sources::{
     BoxedSource, SOURCES, SourceContext, SourceControl, SourceError, source_among,
@@ -27,7 +27,7 @@ pub(crate) fn source_named(config: &Config, name: &str) -> Result<BoxedSource> {
     match (built_in, SourceControl::of_name(name)) {
         (Ok(source), _) => Ok(source),
         (Err(_), Some((control, other))) => Ok(control.of(source_named(config, other)?)),
-        (Err(error), None) => Err(with_own(error, config).into()),
+        (Err(error), None) => Err(unknown(error, config)),
     }
 }
 
@@ -56,17 +56,18 @@ pub(crate) fn listed_sources(config: &Config, names: &[String]) -> Result<Vec<Bo
     sources_named(config, names).map_err(as_usage_error)
 }
 
-/// Adds the names of the config's own sources to a message that lists names.
-fn with_own(error: SourceError, config: &Config) -> SourceError {
-    match error {
-        SourceError::Unknown { name, known } => {
-            let own = config.sources.keys().map(String::as_str);
-            let known = std::iter::once(known.as_str()).chain(own);
-            SourceError::Unknown {
-                name,
-                known: known.collect::<Vec<_>>().join(", "),
-            }
-        }
-        other => other,
-    }
+/// The error, with the names of the config's own sources in its list, and the name that may have been meant before the list.
+fn unknown(error: SourceError, config: &Config) -> anyhow::Error {
+    let SourceError::Unknown { name, known } = error else {
+        return error.into();
+    };
+    let own = config.sources.keys().map(String::as_str);
+    let known: Vec<&str> = known.split(", ").chain(own).collect();
+    let near = nearest(&name, &known)
+        .map(|near| format!("did you mean `{near}`? "))
+        .unwrap_or_default();
+    anyhow!(
+        "`{name}` is not a label source; {near}the known ones are {}",
+        known.join(", ")
+    )
 }

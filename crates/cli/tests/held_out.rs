@@ -805,6 +805,19 @@ fn runs_are_listed_and_reported_together() {
     );
     fixture.check(&["report", "run", "run"], 2, "two runs are called run");
 
+    // A table that lacks a run says so.
+    let rows = fixture.read("copy/scores.jsonl");
+    let rows = String::from_utf8(rows).unwrap();
+    let other = rows.replace("\"clusterer\":\"k-means\"", "\"clusterer\":\"modes\"");
+    assert_ne!(rows, other);
+    fs::write(fixture.path("copy/scores.jsonl"), format!("{rows}{other}")).unwrap();
+    let report = fixture.check(&["report", "run", "copy"], 0, "");
+    assert!(
+        report.contains("By modes, only copy was scored."),
+        "{report}"
+    );
+    fs::write(fixture.path("copy/scores.jsonl"), rows).unwrap();
+
     // The same name and the same reference, but another mesh or other labels.
     let text = String::from_utf8(fixture.read("copy/split.json")).unwrap();
     let mut split: Value = serde_json::from_str(&text).unwrap();

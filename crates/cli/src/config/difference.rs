@@ -18,7 +18,20 @@ pub(crate) struct Difference {
 
 impl fmt::Display for Difference {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} is {}, not {}", self.key, self.here, self.there)
+        let Self { key, here, there } = self;
+        if here.is_null() || there.is_null() {
+            let [here, there] = [here, there].map(shown);
+            return write!(f, "{key} is {here} instead of {there}");
+        }
+        write!(f, "{key} is {here}, not {there}")
+    }
+}
+
+/// A value as a message says it.
+pub(crate) fn shown(value: &Value) -> String {
+    match value {
+        Value::Null => "not set".to_owned(),
+        value => value.to_string(),
     }
 }
 
@@ -90,7 +103,10 @@ mod tests {
         let here = json!({ "a": { "x": 1, "y": [1, 2] }, "b": 0.1 });
         let there = json!({ "a": { "x": 2, "y": [1, 2] }, "b": 0.1, "c": "new" });
         let found = differences(&here, &there);
-        assert_eq!(listed(&found), "a.x is 1, not 2; c is null, not \"new\"");
+        assert_eq!(
+            listed(&found),
+            "a.x is 1, not 2; c is not set instead of \"new\""
+        );
         assert_eq!(differences(&here, &here), []);
     }
 }

@@ -18,7 +18,7 @@ mod stated;
 mod training_tables;
 
 pub(crate) use clusterer_name::ClustererName;
-pub(crate) use difference::{Difference, differences, listed};
+pub(crate) use difference::{Difference, differences, listed, shown};
 #[cfg(feature = "train")]
 pub(crate) use endpoint::{EndpointConfig, EndpointNormals, EndpointShapes};
 pub(crate) use flag::{as_written, by_flag, key_of};

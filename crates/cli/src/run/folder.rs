@@ -116,6 +116,13 @@ impl RunFolder {
         if stored == merged_config {
             return Ok(());
         }
+        if let Err(error) = stored.parse::<toml::Table>() {
+            bail!(
+                "{} is damaged: {}; put back a copy of the file, or make a new run folder",
+                self.path("config.toml").display(),
+                error.message()
+            );
+        }
         let of_another_version = || {
             format!(
                 "{} was written by another version of partprobe",

@@ -1,13 +1,13 @@
 //! Runs `partprobe config`: it lists the shipped configs, prints one with everything that it builds on, and checks a file.
 
 use crate::config::{Config, load, shipped, shipped_descriptions};
-use crate::markdown_table::{Alignment, markdown_table};
 #[cfg(feature = "train")]
+use crate::label_sources::source_named;
+use crate::markdown_table::{Alignment, markdown_table};
 use crate::run::{checked_expectations, ensure_frozen_parts};
 use crate::stdout::{print_line, print_result, print_tables};
 use crate::usage::as_usage_error;
 use anyhow::Result;
-use partprobe_sources::source_named;
 
 /// List, print and check configs
 #[derive(Clone, Debug, clap::Args)]
@@ -80,7 +80,7 @@ pub(crate) fn config(args: &ConfigArgs) -> Result<()> {
 fn ensure_known_names(config: &Config) -> Result<()> {
     for name in config.label_sources() {
         if !config.sources.contains_key(&name) {
-            source_named(&name)?;
+            source_named(config, &name)?;
         }
     }
     #[cfg(feature = "train")]

@@ -1,6 +1,6 @@
 //! Runs `partprobe eval`: it scores the trained backbones of a run folder again.
 
-use crate::config::{Config, Difference, differences, load};
+use crate::config::{Config, Difference, differences, load, shown};
 use crate::run::{
     Execution, ExecutionArgs, Run, RunFolder, checked_expectations, ensure_settings_of, is_scoring,
     named_sources, remembered_data,
@@ -64,6 +64,7 @@ fn refuse_new_settings(stored: &Config, asked: &Config) -> Result<()> {
         .into_iter()
         .filter(|difference| !is_scoring(&difference.key))
         .map(|Difference { key, here, there }| {
+            let [here, there] = [&here, &there].map(shown);
             format!("{key} is {here} in this run and cannot become {there}")
         })
         .collect();

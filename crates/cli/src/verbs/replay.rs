@@ -40,7 +40,7 @@ pub(crate) fn replay(args: &ReplayArgs) -> Result<ExitCode> {
     let dumped = DumpedUpdate::read(&args.dump)?;
     let shapes = dumped.read_shapes(&args.dump)?;
     let checkpoint = DumpedUpdate::checkpoint(&args.dump)?;
-    print_line(format_args!("step {}: {}", dumped.step, dumped.error))?;
+    print_line(&dumped.error)?;
     for shape in &shapes {
         let found = update(&checkpoint, std::slice::from_ref(shape), execution.backend)?;
         print_line(format_args!("{}: {}", shape.id, outcome(&found)))?;

@@ -8,7 +8,7 @@ use anyhow::{Result, bail, ensure};
 use partprobe_dataset::{json_document, write_atomically};
 use partprobe_eval::{Bootstrap, ScoreRow, TableSettings, Tables, tables};
 use serde::Serialize;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// Draws of the bootstrap.
@@ -112,7 +112,27 @@ pub(crate) fn report(args: &ReportArgs) -> Result<()> {
                 counted(n, "shape is", "shapes are")
             ))
         )),
+    }?;
+    partial_clusterers(&runs).iter().try_for_each(print_result)
+}
+
+/// A sentence for each clusterer that not all runs were scored by: its tables lack the others.
+fn partial_clusterers(runs: &[ScoredRun]) -> Vec<String> {
+    let mut runs_of: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
+    for run in runs {
+        for row in &run.rows {
+            runs_of.entry(&row.clusterer).or_default().insert(&run.name);
+        }
     }
+    let partial = runs_of
+        .into_iter()
+        .filter(|(_, names)| names.len() < runs.len());
+    partial
+        .map(|(clusterer, names)| {
+            let names: Vec<&str> = names.into_iter().collect();
+            format!("By {clusterer}, only {} was scored.", names.join(", "))
+        })
+        .collect()
 }
 
 /// A text about so many, and nothing if there are none.

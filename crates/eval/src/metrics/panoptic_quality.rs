@@ -29,7 +29,8 @@ fn panoptic_quality(confusion: &Confusion) -> f64 {
         .collect();
     // Found parts, and half of all parts and clusters that are left.
     let n_all = 0.5 * (n_parts + n_clusters) as f64;
-    found.iter().sum::<f64>() / n_all
+    // The sum of no numbers is -0 in Rust.
+    found.iter().fold(0.0, |sum, iou| sum + iou) / n_all
 }
 
 #[cfg(test)]
@@ -52,5 +53,7 @@ mod tests {
         check(&[0, 0, 1], &[5, 5, 5], (2.0 / 3.0) / 1.5);
         // An IoU of exactly 0.5 finds nothing.
         check(&[0, 0, 1, 1], &[5, 5, 5, 5], 0.0);
+        let nothing = Confusion::new(&[0, 0, 1, 1], &[5, 5, 5, 5]).unwrap();
+        assert!(panoptic_quality(&nothing).is_sign_positive());
     }
 }

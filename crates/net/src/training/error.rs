@@ -55,7 +55,7 @@ pub enum TrainError {
     },
     /// Points, loss or gradient of a shape are NaN or infinite.
     #[error(
-        "step {step}: shape `{shape}` gave numbers that are not finite; lower `optim.learning_rate` or leave the shape out"
+        "step {step}: shape `{shape}` gave numbers that are not finite; lower `optim.learning_rate`, or leave the shape out of the data set"
     )]
     NonFinite {
         /// The id of the shape.
