@@ -1,4 +1,4 @@
-//! Meshes all faces, and refines those that come out rough, or not at all, or that cut too much off their solid.
+//! Meshes all faces, and refines those that come out rough, that have no mesh, or that cut too much off their solid.
 //!
 //! A finer edge changes both of its faces. So each pass meshes all faces again that share an edge with a refined face.
 
@@ -32,8 +32,8 @@ const LENS_EDGES: usize = 3;
 /// Number of pieces of a curved edge of a lens.
 const LENS_PIECES: usize = 4;
 
-/// The mesh of each face, or the reason why it has none. `size` is the diagonal of the shape. `volume_origins` has a point near
-/// each solid if volumes are wanted.
+/// Returns the mesh of each face, or the reason why the face has no mesh. `size` is the diagonal of the shape. If volumes are
+/// wanted, `volume_origins` has a point near each solid.
 pub(crate) fn face_meshes(
     brep: &Brep,
     settings: &MeshSettings,
@@ -192,8 +192,8 @@ impl<'a> AdaptiveMeshing<'a> {
     }
 }
 
-/// Whether the plane of its boundary may suit a face better than its own surface. The boundary of a plane face is also in a
-/// plane if the surface is not there.
+/// Whether the plane of its boundary may suit a face better than its own surface. The boundary of a plane face lies in a plane
+/// even if its surface is in the wrong position.
 fn is_displaced(face: &BrepFace, mesh: &Result<FaceMesh, FaceMeshError>) -> bool {
     let Ok(mesh) = mesh else {
         return true;
@@ -213,7 +213,7 @@ impl Levels {
         let edges = || curved_edges(brep, &brep.faces[face]);
         let finest_edge = edges().map(|edge| self.edges[edge]).max().unwrap_or(0);
         let step = if is_rough { ROUGH_STEP } else { 1 };
-        // A neighbor's finer edge alone may have made it rough.
+        // The finer edge of a neighbor may be the only reason why the face is rough.
         let level = if finest_edge > self.faces[face] {
             finest_edge
         } else {
@@ -221,15 +221,15 @@ impl Levels {
         };
         self.faces[face] = level;
         for edge in edges() {
-            // All edges of a face are divided alike: a thin ring with one side finer than the other is rough.
+            // All edges of a face are divided alike, because a thin ring with one side finer than the other is rough.
             is_touched[edge] |= self.edges[edge] < level;
             self.edges[edge] = self.edges[edge].max(level);
         }
     }
 }
 
-/// For each face whether it cuts too much off its solid. A shape that has used a quarter of its triangle budget saves the rest
-/// for rough faces.
+/// Returns for each face whether it cuts too much off its solid. A shape that has used a quarter of its triangle budget saves the
+/// rest for rough faces.
 fn cuts(
     brep: &Brep,
     meshes: &[Result<FaceMesh, FaceMeshError>],

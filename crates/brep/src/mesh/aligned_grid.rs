@@ -8,14 +8,15 @@ use super::steps::Bounds;
 use super::unwrap::UvLoop;
 use crate::geometry::Surface;
 
-/// The fraction of the parameters' extent by which a parameter that stays may vary.
+/// The fraction of its extent by which a parameter may vary and still count as constant.
 const STAYS: f64 = 1e-6;
-/// The fraction of the face's extent that a boundary must run along to set the steps inside.
+/// A boundary sets the steps inside only if it runs along at least this fraction of the face's extent.
 const LONG: f64 = 0.5;
 /// The boundary sets the steps if it is no more than this much finer or coarser.
 const MOST_APART: f64 = 1.5;
 
-/// The steps along u and v, as many as the boundary has where it runs along a parameter line of a revolved surface.
+/// The steps along u and v. Where the boundary runs along a parameter line of a revolved surface, the steps are those of the
+/// boundary.
 pub(super) fn aligned_steps(
     surface: &Surface,
     loops: &[UvLoop],
@@ -38,7 +39,7 @@ pub(super) fn aligned_steps(
     })
 }
 
-/// Into how many steps a boundary divides the whole extent, by its longest run along the axis.
+/// The number of steps into which a boundary would divide the whole extent, computed from its longest run along the axis.
 fn steps_of(bound: &UvLoop, axis: usize, bounds: Bounds) -> Option<f64> {
     let [span, across] = [axis, 1 - axis].map(|axis| bounds[axis][1] - bounds[axis][0]);
     let stays =

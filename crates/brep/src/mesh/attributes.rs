@@ -40,7 +40,7 @@ pub(super) fn vertex_attributes(
     (normals, attributes)
 }
 
-/// Sets every row to NaN. This is for a mesh that follows another surface than the face's.
+/// Sets every row to NaN. This is for a mesh that does not follow the face's own surface.
 pub(super) fn forget_attributes(attributes: &mut SurfaceAttributes) {
     attributes.uv.fill([f64::NAN; 2]);
     attributes.curvature.fill([f32::NAN; 2]);
@@ -73,7 +73,7 @@ pub(crate) fn outward_curvature(
     })
 }
 
-/// The rows of a carrier; NaN where the curvature is undefined.
+/// The rows of a carrier. They are NaN where the curvature is undefined.
 pub(crate) fn rows_of(curvature: Option<Curvature>) -> ([f32; 2], [[f32; 3]; 2]) {
     match curvature {
         Some(Curvature {
@@ -87,7 +87,8 @@ pub(crate) fn rows_of(curvature: Option<Curvature>) -> ([f32; 2], [[f32; 3]; 2])
     }
 }
 
-/// The surface's normal at each vertex; the mean of its triangles' where it has none, as at an apex.
+/// The surface's normal at each vertex. Where the surface has no normal, as at an apex, the mean normal of the vertex's triangles
+/// is used.
 fn outward_normals(
     (points, triangles, parameters): (&[Point], &[[u32; 3]], &[[f64; 2]]),
     face: &BrepFace,

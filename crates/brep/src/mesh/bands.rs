@@ -2,7 +2,7 @@
 
 use super::layout::is_crossed;
 
-/// The sides of all boundaries, by the bands along the first axis that they reach into.
+/// The sides of all boundaries, listed for each band that they reach into.
 pub(super) struct Bands {
     low: f64,
     per_unit: f64,
@@ -44,7 +44,7 @@ impl Bands {
     }
 
     fn band(&self, height: f64) -> usize {
-        // Conversion to an integer is saturating, so that any height has a band.
+        // The conversion to an integer saturates, so any height has a band.
         (((height - self.low) * self.per_unit) as usize).min(self.sides.len() - 1)
     }
 

@@ -1,7 +1,7 @@
 //! Makes closed polygons of the loops of a face, with the face on their left as seen against the *surface* normal.
 //!
-//! Edges that the face uses in both directions (seams, slits) bound nothing. They are left out, and the rest is joined again
-//! vertex by vertex. So files with and without seams are treated alike.
+//! Edges that the face uses in both directions (seams, slits) bound nothing. They are left out, and the remaining edges are
+//! joined again at their vertices. So files with and without seams are treated alike.
 
 use super::edge_points::EdgePoints;
 use super::repaired::{edges_of, is_chain, stitched};
@@ -19,25 +19,25 @@ pub(crate) struct Segment {
     pub(crate) to: f64,
 }
 
-/// A corner of a boundary polygon and the piece of curve that leads to the next.
+/// A corner of a boundary polygon, and the piece of curve that leads to the next corner.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct BoundaryPoint {
     /// Its position.
     pub(crate) point: Point,
-    /// The curve that the polygon's next side stands for.
+    /// The piece of curve that the polygon's next side replaces.
     pub(crate) segment: Segment,
 }
 
-/// What bounds a face.
+/// The boundary of a face.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct BoundingLoops {
     /// Closed walks along edges, without seams and slits.
     pub(crate) loops: Vec<Vec<EdgeUse>>,
-    /// The edges that were left out: they lie inside the face.
+    /// The edges that were left out because they lie inside the face.
     pub(crate) seams: Vec<u32>,
 }
 
-/// The polygon walked backwards.
+/// The polygon in the opposite direction.
 pub(crate) fn reversed(polygon: &[BoundaryPoint]) -> Vec<BoundaryPoint> {
     let n = polygon.len();
     let reversed_point = |i: usize| {
@@ -97,7 +97,7 @@ fn used_both_ways(loops: &[&Vec<EdgeUse>]) -> Vec<u32> {
     edges
 }
 
-/// The polygon of a loop; `against` walks it backwards. `None` if an edge has no points.
+/// The polygon of a loop, in the opposite direction if `against` is set. Returns `None` if an edge has no points.
 pub(crate) fn polygon(
     uses: &[EdgeUse],
     edges: &[Option<EdgePoints>],

@@ -6,8 +6,8 @@
 
 use std::f64::consts::TAU;
 
-/// Every chart is skewed a little: rectangles and circles of points, which parts are full of, lie on one circle,
-/// and exact tests of that are slow.
+/// Every chart is skewed a little. Parts have many rectangles and circles, whose points lie on one circle in an unskewed chart,
+/// and then the exact predicates are slow.
 const SKEW: f64 = 0.043;
 const STRETCH: f64 = 1.061;
 
@@ -16,9 +16,9 @@ const STRETCH: f64 = 1.061;
 pub(crate) enum Chart {
     /// `(uv − origin)·scale`.
     Stretched { origin: [f64; 2], scale: [f64; 2] },
-    /// The periodic parameter `around` becomes the angle; the other one's distance from `start`, times `rate`, is the
-    /// radius about a pole (`hub` 0), or the logarithm of a ring's, whose inner radius is `hub`: so the cells of a
-    /// long ring keep their shape.
+    /// The periodic parameter `around` becomes the angle. The distance of the other parameter from `start`, times `rate`, is the
+    /// radius if the face has a pole (`hub` is 0). For a ring with the inner radius `hub`, it is the logarithm of the radius, so
+    /// the cells of a long ring keep their shape.
     Polar {
         around: usize,
         period: f64,
@@ -56,7 +56,7 @@ impl Chart {
         [x + SKEW * y, STRETCH * y]
     }
 
-    /// How much larger cells are at a point of the plane than where the chart begins.
+    /// The ratio of the cell size at a point of the plane to the cell size where the chart begins.
     pub(crate) fn magnification(self, x: [f64; 2]) -> f64 {
         match self {
             Self::Polar { hub, .. } if hub > 0.0 => libm::hypot(x[0], x[1]) / hub,
@@ -64,7 +64,7 @@ impl Chart {
         }
     }
 
-    /// Whether left and right are exchanged on the way to the plane.
+    /// Whether the map to the plane exchanges left and right.
     pub(crate) fn is_mirrored(self) -> bool {
         match self {
             Self::Stretched { .. } => false,

@@ -35,8 +35,8 @@ pub(super) struct ChartedFace<'a> {
     pub(super) off_surface: Option<Off>,
 }
 
-/// Triangulates a face without its seams. If the other boundaries do not suffice (holes all around a closed surface, so that
-/// each straight cut meets one), the seams cut the face open as the file has it.
+/// Triangulates a face without its seams. If the other boundaries do not suffice (holes all around a closed surface, so that each
+/// straight cut meets one), the face is cut open at the seams that the file gives.
 pub(super) fn chart_face<'a>(
     context: FaceContext<'_>,
     face: &'a BrepFace,
@@ -57,7 +57,7 @@ pub(super) fn chart_face<'a>(
         .map_err(|_| error)
 }
 
-/// Triangulates what lies between closed walks; the middle of a seam is certainly inside.
+/// Triangulates the region between closed walks. The middle of a seam is certainly inside.
 fn chart_walks<'a>(
     context: FaceContext<'_>,
     face: &'a BrepFace,
@@ -110,8 +110,9 @@ fn chart_walks<'a>(
 
 /// The boundaries in the parameter plane.
 ///
-/// If a boundary passes through a pole, its sense tells which way around the pole it goes. With the wrong sense it goes the
-/// other way, and then the boundaries wind around a surface that does not close elsewhere. In this case they are reversed.
+/// If a boundary passes through a pole, its sense decides on which side it passes around the pole. With the wrong sense it passes
+/// on the other side, and then the boundaries wind around a surface that does not close elsewhere. In this case they are
+/// reversed.
 fn unwrapped(
     projector: &Projector<'_>,
     surface: &Surface,

@@ -9,7 +9,7 @@ use super::face_mesh::FaceMesh;
 use crate::geometry::linear::{along, sum, unit};
 use partprobe_shape::{Point, distance, subtract};
 
-/// Sides shorter than this fraction of their coordinates are left alone: there is no room between their ends.
+/// Sides shorter than this fraction of their coordinates are left alone: there is no room for a point between their ends.
 const SHORTEST: f64 = 1e-12;
 
 /// A side of a triangle, in the direction in which the triangle walks along it.
@@ -24,16 +24,16 @@ struct TriangleSide {
     corner: u8,
 }
 
-/// Where a side is divided, as fractions of where it should be: the next is taken where a corner is in the way.
+/// Factors that shift the dividing point of a side. If a corner lies at the point, the next factor is tried.
 const SHARES: [f64; 3] = [1.0, 0.8, 0.6];
 
-/// A division takes sides from triangles that others wait for; so often it is looked again.
+/// Number of passes. A division changes triangles, so another division of the same triangle has to wait for the next pass.
 const ROUNDS: usize = 4;
 
-/// An odd number whose bits look random, for mixing others.
+/// An odd number whose bits look random. The hash multiplies by it.
 const MIXER: u64 = 0x9e37_79b9_7f4a_7c15;
 
-/// Divides the sides that would be welded to another face's.
+/// Divides the sides that would be welded to a side of another face.
 pub(crate) fn divide_shared_chords(meshes: &mut [Result<FaceMesh, FaceMeshError>]) {
     for _ in 0..ROUNDS {
         if !divide_once(meshes) {
@@ -42,7 +42,7 @@ pub(crate) fn divide_shared_chords(meshes: &mut [Result<FaceMesh, FaceMeshError>
     }
 }
 
-/// Whether anything was divided.
+/// Makes one pass. Returns whether it divided any side.
 fn divide_once(meshes: &mut [Result<FaceMesh, FaceMeshError>]) -> bool {
     let mut has_divided = false;
     for shared in crowded_sides(meshes)
@@ -61,9 +61,10 @@ fn divide_once(meshes: &mut [Result<FaceMesh, FaceMeshError>]) -> bool {
     has_divided
 }
 
-/// The sides of which there may be more than two between the same points, in order.
+/// The sides whose two points may be joined by more than two sides, sorted.
 ///
-/// Nearly all sides are walked twice. Only those are sorted whose slot in a table of counters was met more often.
+/// Nearly every pair of points is joined by exactly two sides. A table of counters finds the other pairs, and only their sides
+/// are sorted.
 fn crowded_sides(meshes: &[Result<FaceMesh, FaceMeshError>]) -> Vec<TriangleSide> {
     let mut sides = Vec::new();
     for (face, mesh) in (0..).zip(meshes) {
@@ -114,12 +115,12 @@ fn side(corners: [u32; 3], corner: u8) -> (u32, u32) {
     (corners[first], corners[(first + 1) % 3])
 }
 
-/// The vertex that a triangle's side doesn't join.
+/// The vertex opposite a triangle's side.
 fn opposite(corners: [u32; 3], corner: u8) -> u32 {
     corners[(usize::from(corner) + 2) % 3]
 }
 
-/// A number for a point. Two points with one number cost a needless division, nothing more.
+/// A hash of a point. If two points have the same hash, a side may be divided needlessly, but nothing breaks.
 fn number(point: Point) -> u64 {
     point.iter().fold(0, |number: u64, &x| {
         let mixed = (number ^ (x + 0.0).to_bits()).wrapping_mul(MIXER);
@@ -127,7 +128,7 @@ fn number(point: Point) -> u64 {
     })
 }
 
-/// Walks there and back within one face: the sides that lie inside it.
+/// The pairs of opposite sides within one face. Such sides lie inside the face.
 fn inner_pairs(shared: &[TriangleSide]) -> Vec<[TriangleSide; 2]> {
     let of_face = shared.chunk_by(|a, b| a.face == b.face);
     let pairs = of_face.flat_map(|walks| {
@@ -138,7 +139,7 @@ fn inner_pairs(shared: &[TriangleSide]) -> Vec<[TriangleSide; 2]> {
     pairs.collect()
 }
 
-/// Puts a vertex at this fraction of a side and divides both its triangles; not if an earlier division has taken the
+/// Puts a vertex at this fraction of a side and divides both its triangles. Does nothing if an earlier division has taken the
 /// side from one of them.
 fn divide(mesh: &mut FaceMesh, there: TriangleSide, back: TriangleSide, fraction: f64) -> bool {
     let sides = [there, back].map(|walk| side(mesh.triangles[walk.triangle as usize], walk.corner));
@@ -165,8 +166,8 @@ fn divide(mesh: &mut FaceMesh, there: TriangleSide, back: TriangleSide, fraction
     true
 }
 
-/// The point that divides a side, unless the side is too short. Of a triangle without width the third corner may lie just
-/// there; then it is the next best point.
+/// The point that divides a side. Returns `None` if the side is too short. If a triangle has no width, its third corner may lie
+/// at that point, and then the next factor of [`SHARES`] is taken.
 fn dividing_point([start, end]: [Point; 2], opposites: [Point; 2], fraction: f64) -> Option<Point> {
     let extent = start
         .iter()
@@ -181,7 +182,7 @@ fn dividing_point([start, end]: [Point; 2], opposites: [Point; 2], fraction: f64
         .find(|new| !opposites.contains(new))
 }
 
-/// Adds a vertex between two others, with their mean normal where the mesh has normals. Returns its index.
+/// Adds a vertex between two others, with their mean normal if the mesh has normals. Returns its index.
 fn push_between(mesh: &mut FaceMesh, point: Point, ends: [u32; 2]) -> u32 {
     let middle = mesh.points.len() as u32;
     mesh.points.push(point);
@@ -198,7 +199,7 @@ mod tests {
     use super::*;
     use partprobe_shape::cross;
 
-    /// A square of two triangles on the diagonal from the first corner; `lift` bends it along the diagonal.
+    /// A square of two triangles that share the diagonal from the first corner. `lift` bends the square along the diagonal.
     fn square(lift: f64) -> FaceMesh {
         FaceMesh {
             points: vec![

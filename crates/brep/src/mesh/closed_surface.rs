@@ -7,10 +7,10 @@ use super::triangulated::{ChartTriangulation, Node};
 use super::unwrap::free_parameter;
 use crate::geometry::Surface;
 
-/// A grid over the natural range of both parameters; what meets itself gets equal points.
+/// A grid over the natural range of both parameters. Where the surface meets itself, the nodes get equal points.
 ///
-/// `apices` are the parameters of the vertices that bound the face: where a surface comes to its axis between
-/// its ends, it ends there. `None` if the surface has no natural bounds. `size` is the diagonal of the shape.
+/// `apices` are the parameters of the vertices that bound the face. A surface of revolution ends at such a vertex even if its
+/// curve continues. Returns `None` if the surface has no natural bounds. `size` is the diagonal of the shape.
 pub(crate) fn closed_surface(
     surface: &Surface,
     apices: &[[f64; 2]],
@@ -37,7 +37,7 @@ pub(crate) fn closed_surface(
     Some((chart, triangulated))
 }
 
-/// The finite range of both parameters, cut to the apices where the surface is one of revolution.
+/// The finite range of both parameters. For a surface of revolution, it is limited to the range between the apices.
 fn bounds(surface: &Surface, apices: &[[f64; 2]]) -> Option<Bounds> {
     let [Some(u), Some(v)] = surface.range() else {
         return None;
@@ -75,7 +75,7 @@ impl Grid<'_> {
             .collect()
     }
 
-    /// A node; where the surface meets itself, it has the point of the node at the beginning of the range.
+    /// A node. Where the surface meets itself, the node has the point of the node at the beginning of the range.
     fn node(&self, chart: &Chart, ij: [usize; 2]) -> Node {
         let uv = self.parameters(ij);
         let mut from = self.parameters(self.home(ij));
@@ -92,7 +92,7 @@ impl Grid<'_> {
         }
     }
 
-    /// The grid position with the same point; the end of a period is its beginning.
+    /// The first grid position with the same point. For example, the end of a period has the same point as its beginning.
     fn home(&self, ij: [usize; 2]) -> [usize; 2] {
         let period = self.surface.period();
         [0, 1].map(|axis| {
@@ -131,7 +131,7 @@ impl Grid<'_> {
     }
 }
 
-/// The fraction of a range between two vertices; all of it where there are not two.
+/// The section of a range between two vertices, or the whole range if there are fewer than two vertices.
 fn between((low, high): (f64, f64), apices: &[[f64; 2]]) -> (f64, f64) {
     let ends = apices.iter().map(|uv| uv[1].clamp(low, high));
     let (first, last) = (ends.clone().fold(high, f64::min), ends.fold(low, f64::max));

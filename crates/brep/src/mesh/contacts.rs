@@ -1,12 +1,13 @@
-//! Finds the points at which the edges of a face must be divided because its boundaries come nearer to each other than their
-//! chords show.
+//! Finds the points at which the edges of a face must be divided because its boundaries are nearer to each other than their
+//! chords are.
 //!
 //! A hole may touch a rim without sharing a vertex with it. The chords of the rim then cut off the corner of the hole, although
-//! the curves do not cross. Between a chord and its curve there is a sliver. Any boundary vertex in that sliver requires a
-//! division of the edge at the vertex's foot. If chords cross and no vertex explains it, both pieces are halved. Nothing here
-//! divides an edge: that is done for both of its faces at once.
+//! the curves do not cross. Between a chord and its curve there is a sliver. If a boundary vertex lies in that sliver, the edge
+//! must be divided at the foot of the vertex (the nearest point of the curve). If chords cross but no vertex lies in a sliver,
+//! both pieces are halved. Nothing here divides an edge: that is done for both of its faces at once.
 //!
-//! Only different boundaries are compared. The outline of a sliver crosses itself in many ways, and is meshed finer instead.
+//! Only different boundaries are compared. The outline of a sliver crosses itself in many ways. Such a face is meshed finer
+//! instead.
 
 use super::boundary::Segment;
 use super::layout::Layout;
@@ -17,17 +18,18 @@ use crate::geometry::{Curve, Projector, Surface};
 use crate::model::BrepEdge;
 use partprobe_shape::{Point, distance, subtract};
 
-/// Sides of a boundary beyond which contacts are not looked for.
+/// If a boundary has more sides, contacts are not searched for.
 const MOST_SIDES: usize = 20_000;
-/// Pieces of a piece of curve whose ends are looked at to find a foot.
+/// Number of pieces into which a piece of curve is divided to find a foot. Their ends are compared.
 const SAMPLES: usize = 8;
-/// How far, as a fraction of its height, a vertex may lie beyond a sliver and still count: slivers are no exact parabolas.
+/// How far a vertex may lie beyond a sliver and still count, as a fraction of the sliver's height. Slivers are not exact
+/// parabolas.
 const BEYOND: f64 = 0.1;
-/// Nearer than this fraction of the boundary's extent in the chart, a vertex lies on a side.
+/// A vertex lies on a side if it is nearer than this fraction of the boundary's extent in the chart.
 const ON_SIDE: f64 = 1e-9;
-/// Nearer than this fraction of the chord tolerance, a foot is the end of its piece.
+/// A foot is the end of its piece if it is nearer than this fraction of the chord tolerance.
 pub(crate) const AT_END: f64 = 1e-5;
-/// A piece that bends by less than this fraction of the chord tolerance is not halved: there its curve crosses another one.
+/// A piece that bends by less than this fraction of the chord tolerance is not halved: the curves themselves cross there.
 const STRAIGHT: f64 = 1e-4;
 
 /// A point at which an edge should be divided.
@@ -37,7 +39,7 @@ pub(crate) struct Division {
     pub(crate) edge: u32,
     /// Parameter of its curve.
     pub(crate) parameter: f64,
-    /// The vertex of another piece of the boundary whose foot it is; `None` if the piece is only halved.
+    /// The vertex of another piece of the boundary whose foot this is, or `None` if the piece is only halved.
     pub(crate) vertex: Option<Point>,
 }
 
@@ -51,20 +53,20 @@ struct Piece {
     segment: Segment,
     /// Whether the edge ends there.
     is_vertex: [bool; 2],
-    /// From the chord's middle to the curve's.
+    /// From the middle of the chord to the middle of the curve.
     bow: [f64; 2],
     low: [f64; 2],
     high: [f64; 2],
 }
 
-/// What finding contacts needs to know of a face.
+/// The data of a face from which contacts are found.
 #[derive(Clone, Copy)]
 pub(crate) struct Boundary<'a> {
     /// Its surface.
     pub(crate) surface: &'a Surface,
-    /// The same, ready for projections.
+    /// The projector of that surface.
     pub(crate) projector: &'a Projector<'a>,
-    /// How it lies in the chart.
+    /// The layout of its loops in the chart.
     pub(crate) layout: &'a Layout,
     /// Its triangles and the boundary's nodes.
     pub(crate) mesh: &'a ChartTriangulation,
@@ -75,8 +77,8 @@ pub(crate) struct Boundary<'a> {
 }
 
 impl Boundary<'_> {
-    /// The points at which edges must be divided. Nearly always there are none, because the boundaries lie in the chart as they
-    /// do on the surface, and to see this costs nothing.
+    /// The points at which edges must be divided. There are nearly always none, because the boundaries lie in the chart as they
+    /// do on the surface. This test costs almost nothing.
     pub(crate) fn contacts(&self) -> Vec<Division> {
         if !self.is_suspect() {
             return Vec::new();
@@ -95,7 +97,7 @@ impl Boundary<'_> {
         divisions
     }
 
-    /// Whether sides cross, or some have the face on their left and others on their right.
+    /// Whether sides cross, or whether some have the face on their left and others on their right.
     fn is_suspect(&self) -> bool {
         let sides = &self.mesh.sides;
         let n_sides = sides.len();
@@ -106,7 +108,7 @@ impl Boundary<'_> {
             && (self.mesh.has_crossings || (n_left > 0 && n_left < n_sides))
     }
 
-    /// The sides that stand for pieces of curves, those that begin farthest left first.
+    /// The sides that replace pieces of curves. Those that begin farthest left come first.
     fn pieces(&self) -> Vec<Piece> {
         let mut pieces = Vec::new();
         let mut first = 0;
@@ -143,7 +145,7 @@ impl Boundary<'_> {
         let bow = self.bow(from, to, segment)?;
         let tip =
             [0, 1].map(|axis| 0.5 * (ends[0][axis] + ends[1][axis]) + (1.0 + BEYOND) * bow[axis]);
-        // The box of the parallelogram that the sliver lies in.
+        // The bounding box of the parallelogram in which the sliver lies.
         let reach = |pick: fn(f64, f64) -> f64| {
             [0, 1].map(|axis| {
                 let half = 0.5 * (ends[1][axis] - ends[0][axis]);
@@ -163,7 +165,7 @@ impl Boundary<'_> {
         })
     }
 
-    /// From the middle of a chord to that of its curve, in the chart.
+    /// The vector from the middle of a chord to the middle of its curve, in the chart.
     fn bow(&self, from: &Node, to: &Node, segment: Segment) -> Option<[f64; 2]> {
         let curve = &*self.edges.get(segment.edge as usize)?.curve;
         let middle = curve.point(0.5 * (segment.from + segment.to));
@@ -176,9 +178,9 @@ impl Boundary<'_> {
         Some([0, 1].map(|axis| x[axis] - 0.5 * (from.x[axis] + to.x[axis])))
     }
 
-    /// The divisions that two pieces ask for.
+    /// The divisions that two pieces need.
     fn between(&self, a: &Piece, b: &Piece, extent: f64, divisions: &mut Vec<Division>) {
-        // A straight piece is divided only where no curved one can be.
+        // A straight piece is divided only if no curved piece can be divided.
         let mut pairs = [(a, b), (b, a)];
         pairs.sort_by_key(|(piece, _)| self.is_straight(piece));
         let feet = pairs.map(|(piece, other)| self.feet_in_sliver(piece, other, extent));
@@ -194,7 +196,7 @@ impl Boundary<'_> {
         if let Some(division) = self.near_ends(a, b) {
             return divisions.push(division);
         }
-        // No vertex lies in a sliver, yet the sides cross: a vertex may lie a rounding beyond the other curve.
+        // No vertex lies in a sliver, but the sides cross. A vertex may lie beyond the other curve by a rounding error.
         for (piece, other) in pairs {
             let feet = self.new_feet_on_curve(piece, other);
             if !feet.is_empty() {
@@ -204,7 +206,7 @@ impl Boundary<'_> {
         divisions.extend([a, b].into_iter().filter_map(|piece| self.half(piece)));
     }
 
-    /// The feet on a piece of those ends of another that lie in the sliver between the piece and its chord.
+    /// The feet on `piece` of the ends of `other` that lie in the sliver between `piece` and its chord.
     fn feet_in_sliver(&self, piece: &Piece, other: &Piece, extent: f64) -> Vec<Division> {
         let nodes = other.nodes.into_iter().zip(other.ends);
         nodes
@@ -213,7 +215,7 @@ impl Boundary<'_> {
             .collect()
     }
 
-    /// The feet on a piece of those ends of another that lie on its curve, but not at its ends.
+    /// The feet on `piece` of the ends of `other` that lie on its curve, but not at its ends.
     fn new_feet_on_curve(&self, piece: &Piece, other: &Piece) -> Vec<Division> {
         other
             .nodes
@@ -232,7 +234,7 @@ impl Boundary<'_> {
             .any(|&node| distance(self.mesh.nodes[node].point, point) <= AT_END * self.chord)
     }
 
-    /// Where an end of one piece nearly meets an end of the other: one of the two goes to the other, a vertex only to a vertex.
+    /// The division that moves an end of one piece onto a nearby end of the other piece. A vertex is moved only onto a vertex.
     fn near_ends(&self, a: &Piece, b: &Piece) -> Option<Division> {
         let point = |piece: &Piece, end: usize| self.mesh.nodes[piece.nodes[end]].point;
         let pairs = [(0, 0), (0, 1), (1, 0), (1, 1)]
@@ -295,7 +297,7 @@ impl Boundary<'_> {
     }
 }
 
-/// A vertex that lies beside a curve by less than this fraction of the chord tolerance may be taken for a point of the curve.
+/// A vertex whose distance from a curve is less than this fraction of the chord tolerance may be taken as a point of the curve.
 pub(crate) const SNAP: f64 = 0.01;
 
 /// The foot of a vertex on a piece of an edge.
@@ -321,7 +323,7 @@ pub(crate) fn foot_on(edge: &BrepEdge, segment: Segment, vertex: Point) -> Divis
 }
 
 impl Piece {
-    /// Whether a point lies between the chord and the curve, its ends left out; a parabola stands for the curve.
+    /// Whether a point lies between the chord and the curve. The ends do not count. The curve is approximated by a parabola.
     fn holds(&self, x: [f64; 2], on_side: f64) -> bool {
         let [a, b] = self.ends;
         if x == a || x == b {
@@ -336,7 +338,7 @@ impl Piece {
         if height <= on_side {
             return cross_2d(chord, arm).abs() <= on_side * length.sqrt();
         }
-        // In the skew frame of chord and bow.
+        // The coordinates of the point in the skew frame of chord and bow.
         let determinant = cross_2d(chord, self.bow);
         if determinant.abs() <= on_side * length.sqrt() {
             return cross_2d(chord, arm).abs() <= on_side * length.sqrt();
@@ -363,7 +365,7 @@ fn extent_of(pieces: &[Piece]) -> f64 {
     (high[0] - low[0]).max(high[1] - low[1]).max(0.0)
 }
 
-/// Whether each side has the other's ends on both its hands.
+/// Whether the two ends of each side are on different sides of the other one.
 fn cross_each_other(a: [[f64; 2]; 2], b: [[f64; 2]; 2]) -> bool {
     let separates = |[from, to]: [[f64; 2]; 2], other: [[f64; 2]; 2]| {
         let chord = between(from, to);

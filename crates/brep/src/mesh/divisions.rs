@@ -10,20 +10,21 @@ use crate::model::{Brep, BrepEdge};
 use partprobe_shape::{Point, distance};
 use std::collections::BTreeMap;
 
-/// Further divisions of one edge.
+/// The largest number of further divisions of one edge.
 const MOST: usize = 4000;
-/// Two divisions nearer than this fraction of an edge's parameters are one.
+/// Two divisions count as one if they are nearer to each other than this fraction of the edge's parameter range.
 const SAME: f64 = 1e-12;
-/// A division by tolerance goes if a further one lies nearer than this fraction of its pieces. Corners of a curve stay.
+/// A division by tolerance is removed if a further division is nearer than this fraction of its pieces. Corners of a curve are
+/// kept.
 const CROWDED: f64 = 0.05;
-/// A vertex that lies nearer to a curve than this fraction of the shape's size lies on it.
+/// A vertex lies on a curve if it is nearer to it than this fraction of the shape's size.
 const ON_CURVE: f64 = 1e-11;
 
 /// A point that divides an edge.
 #[derive(Clone, Copy, Debug)]
 struct DivisionPoint {
     parameter: f64,
-    /// Where it is, if not where the curve is: the vertex that touches the edge there.
+    /// Its position if it is not on the curve: the vertex that touches the edge there.
     at: Option<Point>,
 }
 
@@ -31,11 +32,11 @@ struct DivisionPoint {
 #[derive(Clone, Debug)]
 pub(crate) struct Divisions {
     division_points: Vec<Vec<DivisionPoint>>,
-    /// Vertices that are moved onto a vertex of another boundary, which they touch but for a rounding.
+    /// Vertices that are moved onto a vertex of another boundary, because the two differ by a rounding error only.
     moved: BTreeMap<u32, Point>,
-    /// How near a vertex must come to a curve to be taken for a point of it, in millimeters.
+    /// A vertex that is nearer to a curve than this is taken as a point of the curve, in millimeters.
     snap: f64,
-    /// How near it must come to count as lying on it.
+    /// A vertex that is nearer to a curve than this lies on it, in millimeters.
     on_curve: f64,
 }
 
@@ -50,7 +51,7 @@ impl Divisions {
         }
     }
 
-    /// Adds what all faces ask for; the edges that change, ascending.
+    /// Adds the divisions that all faces request. Returns the edges that change, in ascending order.
     pub(crate) fn add_all(
         &mut self,
         brep: &Brep,
@@ -81,7 +82,7 @@ impl Divisions {
         touched
     }
 
-    /// Adds what a face asks for; whether that changes anything. `points` are the edge's points as they are now.
+    /// Adds a division that a face requests. Returns whether this changes anything. `points` are the current points of the edge.
     fn add(&mut self, edge: &BrepEdge, points: &EdgePoints, division: Division) -> bool {
         let index = division.edge as usize;
         let parameter = division.parameter;
@@ -95,7 +96,8 @@ impl Divisions {
         if points.points.contains(&vertex) {
             return false;
         }
-        // The vertex may be nearly met already, by a point that must then move there: its sides still cross another's.
+        // A point of the edge may already be near the vertex. Then that point moves onto the vertex, because its sides still
+        // cross those of the other boundary.
         if let Some(i) = self.met_inside(points, parameter, SAME * span, vertex) {
             let new = DivisionPoint {
                 parameter: points.parameters[i],
@@ -123,7 +125,7 @@ impl Divisions {
         insert(&mut self.division_points[index], new, span)
     }
 
-    /// Adds a point of the curve, unless the edge is divided there; whether that changes anything.
+    /// Adds a point of the curve, unless the edge is already divided there. Returns whether this changes anything.
     fn add_on_curve(
         &mut self,
         index: usize,
@@ -142,7 +144,8 @@ impl Divisions {
         is_new && insert(&mut self.division_points[index], new, span)
     }
 
-    /// The inner point of an edge that has a vertex's parameter within `same`, or lies where the vertex is.
+    /// The index of the inner point of an edge whose parameter differs from the vertex's by at most `same`, or that is at the
+    /// vertex.
     fn met_inside(
         &self,
         points: &EdgePoints,
@@ -167,7 +170,7 @@ impl Divisions {
         }
     }
 
-    /// The points of an edge with its further divisions among them.
+    /// The points of an edge, including its further divisions.
     pub(crate) fn applied(
         &self,
         index: usize,
@@ -211,7 +214,7 @@ impl Divisions {
 }
 
 impl DivisionPoint {
-    /// The point itself, or that of the curve at its parameter.
+    /// The vertex at this division, or else the point of the curve at its parameter.
     fn point_on(&self, edge: &BrepEdge) -> Point {
         self.at.unwrap_or_else(|| edge.curve.point(self.parameter))
     }
@@ -224,9 +227,9 @@ fn parameter_ends(points: &EdgePoints) -> Option<(f64, f64)> {
     Some((first, last))
 }
 
-/// The points of an edge, with their parameters, that have no further division too near; the ends always stay.
+/// The points of an edge, with their parameters, that have no further division too near. The ends are always kept.
 ///
-/// On a curve with kinks only points at the same parameter are too near.
+/// On a curve with kinks, only points at the same parameter are too near.
 fn uncrowded(
     points: &EdgePoints,
     division_points: &[DivisionPoint],
@@ -251,7 +254,7 @@ fn uncrowded(
     kept
 }
 
-/// Inserts a point, or gives one that is there already its point; whether that changes anything.
+/// Inserts a division point, or sets the vertex of a division point that exists there. Returns whether this changes anything.
 fn insert(division_points: &mut Vec<DivisionPoint>, new: DivisionPoint, span: f64) -> bool {
     if let Some(division) = division_points
         .iter_mut()

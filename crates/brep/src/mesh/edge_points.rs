@@ -8,9 +8,9 @@ use crate::model::{BrepEdge, Vertex};
 use partprobe_shape::{Point, cross, distance, dot, norm, subtract};
 use std::f64::consts::FRAC_PI_3;
 
-/// Halvings of one piece of a free-form edge.
+/// The largest number of halvings of one piece of a free-form edge.
 const MAX_DEPTH: u32 = 8;
-/// Points of one edge.
+/// The largest number of points of one edge.
 const MAX_POINTS: usize = 4000;
 
 /// How closely straight pieces follow a curved shape.
@@ -32,7 +32,7 @@ pub(crate) struct EdgePoints {
 }
 
 impl Tolerance {
-    /// The tolerance of a finer level: two levels halve the chords, one halves what they cut off.
+    /// The tolerance of a finer level. Two levels halve the chords. One level halves the area between the chords and the curve.
     pub(crate) fn finer(self, level: u32) -> Self {
         let factor = f64::from(1_u32 << level.min(16));
         Self {
@@ -51,7 +51,7 @@ impl Tolerance {
     }
 }
 
-/// Divides an edge; `least` is the smallest number of pieces of a curved one.
+/// Divides an edge. `least` is the smallest number of pieces of a curved edge.
 ///
 /// Returns `None` if the edge has no finite point.
 pub(crate) fn edge_points(
@@ -142,11 +142,11 @@ fn bends(curve: &Curve, from: f64, to: f64, tolerance: Tolerance) -> bool {
         distance(p, m)
     };
     let turn = angle_between(at_p, at_m) + angle_between(at_m, at_q);
-    // A corner within a hundredth of the chord tolerance would be halved for ever.
+    // The angle of a piece much shorter than the chord tolerance does not count: at a corner it would never become small.
     sag > tolerance.chord || (turn > tolerance.angle && chord.max(sag) > 0.05 * tolerance.chord)
 }
 
-/// The angle between two vectors; 0 where one of them vanishes.
+/// The angle between two vectors, or 0 if one of them vanishes.
 pub(crate) fn angle_between(a: Point, b: Point) -> f64 {
     libm::atan2(norm(cross(a, b)), dot(a, b))
 }

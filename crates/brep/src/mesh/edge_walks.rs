@@ -1,7 +1,7 @@
 //! Finds the direction in which the triangles of a face walk along each edge of its boundary.
 //!
-//! The loops of the file also tell it, but the loop of a hole may have the wrong direction. The triangles fill the face correctly
-//! even then, so they are the better witness.
+//! The loops of the file also give this direction, but the loop of a hole may have the wrong direction. The triangles fill the
+//! face correctly even then, so they are more reliable.
 
 use super::boundary::{BoundaryPoint, Segment};
 use super::edge_points::EdgePoints;
@@ -12,8 +12,8 @@ use std::collections::BTreeMap;
 
 /// The directions in which triangles that are counter-clockwise in the chart walk the edges.
 ///
-/// `is_turned` says that the face's triangles have the other sense than those of the chart. An edge that has triangles on
-/// both sides, or on none, is left out.
+/// `is_reversed` says that the face's triangles are oriented opposite to those of the chart. An edge that has triangles on both
+/// sides, or on neither side, is left out.
 pub(crate) fn walks_of_sides(
     sides: &[Side],
     edges: &[Option<EdgePoints>],
@@ -23,7 +23,8 @@ pub(crate) fn walks_of_sides(
     walks(sides, edges, |side| (side.segment, hand * side.side))
 }
 
-/// The same from the triangles themselves, for a face whose boundary is not made of sides of the chart alone.
+/// Finds the same directions from the triangles themselves. This is for a face whose boundary has sides that are not sides of the
+/// chart.
 pub(crate) fn walks_of_triangles(
     points: &[Point],
     triangles: &[[u32; 3]],
@@ -48,7 +49,7 @@ pub(crate) fn walks_of_triangles(
     walks(&walked, edges, |&piece| piece)
 }
 
-/// How often the triangles walk from one point to another.
+/// For each pair of points, how often the triangles walk from the first to the second.
 fn border(points: &[Point], triangles: &[[u32; 3]]) -> BTreeMap<([u64; 3], [u64; 3]), i32> {
     let mut border = BTreeMap::new();
     for corners in triangles {
@@ -64,8 +65,8 @@ fn key(point: Point) -> [u64; 3] {
     point.map(|x| (x + 0.0).to_bits())
 }
 
-/// The pieces of one edge follow one another, and most of them decide. `hand_of` gives the curve that a piece stands for, and a
-/// positive number if the triangles walk the piece from its beginning to its end.
+/// Finds the direction of each edge from the majority of its pieces, which are consecutive. `hand_of` returns the segment of a
+/// piece, and a positive number if the triangles walk the piece from its beginning to its end.
 fn walks<T>(
     pieces: &[T],
     edges: &[Option<EdgePoints>],
@@ -195,7 +196,7 @@ mod tests {
         };
         assert_eq!(walks(&[[0, 1, 3], [1, 2, 3]]), [(0, true), (1, true)]);
         assert_eq!(walks(&[[0, 3, 1], [1, 3, 2]]), [(0, false), (1, false)]);
-        // The side along which two triangles lie back to back says nothing.
+        // A side at which two triangles lie back to back does not count.
         assert_eq!(
             walks(&[[0, 1, 3], [0, 3, 1], [1, 2, 3]]),
             [(0, true), (1, true)]

@@ -19,28 +19,29 @@ pub(crate) struct FaceMesh {
     pub(crate) triangles: Vec<[u32; 3]>,
     /// Area of the trimmed surface.
     pub(crate) area: f64,
-    /// The result of the quadrature if it cannot be an area; the area is then that of the triangles.
+    /// The result of the quadrature if it cannot be an area. `area` is then the area of the triangles.
     pub(crate) impossible_area: Option<f64>,
-    /// Volume of the cone over the face, with its apex at its solid's origin; 0 if volumes are not wanted.
+    /// Volume of the cone over the face, with its apex at its solid's origin. It is 0 if volumes are not wanted.
     pub(crate) volume: f64,
-    /// Volume between the triangles and the surface, in cubic millimeters; positive where the triangles cut it off the solid.
+    /// Volume between the triangles and the surface, in cubic millimeters. It is positive where the triangles cut it off the
+    /// solid.
     pub(crate) cut_off: f64,
     /// Edges of the boundary in the direction in which the triangles walk them.
     pub(crate) walks: Vec<EdgeUse>,
     /// Vertices that lie on the boundary.
     pub(crate) on_boundary: Vec<bool>,
-    /// The triangles follow the surface badly, or its boundaries cross: a finer mesh may be better.
+    /// Whether the triangles follow the surface badly, or its boundaries cross. A finer mesh may then be better.
     pub(crate) is_rough: bool,
     /// Divisions of edges that keep its boundaries apart where their curves are apart.
     pub(crate) divisions: Vec<Division>,
     /// How the triangles treat edges that lie too far off the surface, if there are any.
     pub(crate) off_surface: Option<Off>,
-    /// Its triangles lie in the plane of its boundary, not on its surface.
+    /// Whether its triangles lie in the plane of its boundary, not on its surface.
     pub(crate) is_flattened: bool,
 }
 
 impl FaceMesh {
-    /// The area that the triangles have together, in square millimeters.
+    /// The total area of the triangles, in square millimeters.
     pub(crate) fn area_of_triangles(&self) -> f64 {
         let areas = self.triangles.iter().map(|corners| {
             let [a, b, c] = corners.map(|corner| self.points[corner as usize]);
@@ -49,7 +50,7 @@ impl FaceMesh {
         areas.sum()
     }
 
-    /// Reverses the mesh, so that its other side is outside.
+    /// Reverses the mesh, so that its other side faces outward.
     pub(crate) fn reverse(&mut self) {
         self.triangles
             .iter_mut()

@@ -9,9 +9,9 @@ use crate::geometry::linear::unit;
 use crate::model::BrepFace;
 use partprobe_shape::{Point, SurfaceAttributes, cross, dot, subtract};
 
-/// The triangles of a face, oriented outward. `origin` is where volumes are measured from, where they are wanted.
+/// The triangles of a face, oriented outward. `origin` is the point from which volumes are measured, if they are wanted.
 ///
-/// There is no surface under them, so that parameters and curvatures are undefined.
+/// There is no surface under them, so parameters and curvatures are undefined.
 pub(crate) fn facets_mesh(
     face: &BrepFace,
     facets: &Facets,
@@ -39,12 +39,12 @@ pub(crate) fn facets_mesh(
     if face.is_inward() {
         mesh.reverse();
     }
-    // The loops were made from the triangles, so that they say how the triangles walk the edges.
+    // The loops were made from the triangles, so they give the directions in which the triangles walk the edges.
     mesh.walks = walks_of_loops(face).collect();
     mesh
 }
 
-/// The file's normals, or else the mean of the triangles' that meet.
+/// The normals of the file, or else the mean normal of the triangles that meet at each vertex.
 fn normals(facets: &Facets) -> Vec<[f32; 3]> {
     let mean = facets.mean_normals();
     let given = facets

@@ -2,36 +2,36 @@
 //!
 //! Neighbors close exactly if each of them uses every side of its boundary once. This fails if boundaries cross or touch
 //! themselves in the parameter plane, or if vertices coincide there. The gap between the border of the triangles and the boundary
-//! is then a set of closed walks, most of them no wider than the defect, and each is filled. No vertex is moved. A triangle is
-//! removed only if the filling folds back onto it.
+//! is then a set of closed walks. Most of them are no wider than the defect. Each of them is filled. No vertex is moved. A
+//! triangle is removed only if the filling folds back onto it.
 
 use crate::geometry::linear::{scaled, sum};
 use partprobe_shape::{Point, distance};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The largest walk that is filled by clipping corners; a larger one is filled from its middle.
+/// The largest number of corners of a walk that is filled by clipping corners. A larger walk is filled from its middle.
 const MOST_CLIPPED: usize = 2000;
 
-/// Triangles that fill what is missing, and the vertices that they need.
+/// Triangles that fill the gaps, and the vertices that they need.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Filling {
-    /// Vertices behind the last of the mesh.
+    /// Vertices whose indices follow those of the mesh.
     pub(crate) points: Vec<Point>,
-    /// Corners are indices into the mesh's vertices and on into `points`.
+    /// Corners are indices into the mesh's vertices, followed by `points`.
     pub(crate) triangles: Vec<[u32; 3]>,
-    /// Triangles of the mesh that would lie back to back with one of the filling, ascending: both are left out.
+    /// Triangles of the mesh that would lie back to back with a triangle of the filling, in ascending order. Both are left out.
     pub(crate) cancelled: Vec<usize>,
 }
 
-/// Points with numbers: equal coordinates have one.
+/// Points with numbers. Points with equal coordinates have the same number.
 #[derive(Default)]
 struct NumberedPoints {
     points: Vec<Point>,
     number_of: BTreeMap<[u64; 3], u32>,
 }
 
-/// Directed sides; a side and its opposite cancel. Keys have the lower number first, and the count is that of
-/// walks from the lower to the higher.
+/// Directed sides. A side and its opposite cancel. A key has the lower number first. Its value counts the walks from the lower to
+/// the higher number.
 type Chain = BTreeMap<(u32, u32), i32>;
 
 impl NumberedPoints {
@@ -52,10 +52,10 @@ impl NumberedPoints {
     }
 }
 
-/// What is missing between triangles and the walks that bound them.
+/// Fills the gaps between triangles and the walks that bound them.
 ///
-/// Triangles and walks agree in their sense: the triangles lie on the walks' left. A walk against which more
-/// triangles lie than along it is taken the other way round, as some files write them.
+/// The triangles lie on the left of the walks. Some files write a walk in the wrong direction: if more triangles run against a
+/// walk than along it, the walk is reversed.
 pub(crate) fn filling(points: &[Point], triangles: &[[u32; 3]], walks: &[Vec<Point>]) -> Filling {
     let mut fill = Fill::default();
     let numbers = fill.numbered.numbers(points);
@@ -88,7 +88,7 @@ fn walks_along(chain: &Chain, from: u32, to: u32) -> i32 {
     if from < to { times } else { -times }
 }
 
-/// The same triangle, its corners beginning with the lowest.
+/// The same triangle, with its corners rotated so that the lowest comes first.
 fn lowest_first([a, b, c]: [u32; 3]) -> [u32; 3] {
     if a <= b && a <= c {
         [a, b, c]
@@ -141,16 +141,17 @@ fn simple_cycles(chain: &Chain) -> Vec<Vec<u32>> {
 #[derive(Default)]
 struct Fill {
     numbered: NumberedPoints,
-    /// Sides that the face has already; a second use of one would join more than two triangles.
+    /// Sides that the face already has. A second use of one of them would join more than two triangles.
     taken: BTreeSet<(u32, u32)>,
-    /// The mesh's triangles by their points.
+    /// The index of each triangle of the mesh, by its points.
     standing: BTreeMap<[u32; 3], usize>,
     triangles: Vec<[u32; 3]>,
     cancelled: Vec<usize>,
 }
 
 impl Fill {
-    /// The border of the mesh's triangles, which become known with their sides. `numbers` are those of the mesh's vertices.
+    /// The border of the mesh's triangles. The triangles and their sides are also added to `standing` and `taken`. `numbers` are
+    /// the numbers of the mesh's vertices.
     fn border(&mut self, triangles: &[[u32; 3]], numbers: &[u32]) -> Chain {
         let mut border = Chain::new();
         for (triangle, corners) in triangles.iter().enumerate() {
@@ -164,7 +165,7 @@ impl Fill {
         border
     }
 
-    /// Adds the sides of a walk to what is missing, in the sense of most triangles along it.
+    /// Adds the sides of a walk to the missing sides, in the direction of most triangles along the walk.
     fn add_walk(&mut self, walk: &[Point], border: &Chain, missing: &mut Chain) {
         let numbers = self.numbered.numbers(walk);
         let next = numbers.iter().copied().cycle().skip(1);
@@ -180,7 +181,7 @@ impl Fill {
         }
     }
 
-    /// Clips the corner with the shortest cut again and again; fills from the middle where every cut is taken.
+    /// Clips the corner with the shortest cut repeatedly. If every cut is taken, fills the rest from its middle.
     fn cycle(&mut self, mut cycle: Vec<u32>) {
         while cycle.len() > 3 {
             let n = cycle.len();
@@ -228,7 +229,7 @@ impl Fill {
         );
     }
 
-    /// A point between those of a cycle that is none of them: the mean of a walk there and back may be one.
+    /// A point between the points of a cycle that differs from all of them. The mean alone may be equal to one of them.
     fn middle(&mut self, cycle: &[u32]) -> u32 {
         let point = |&number: &u32| self.numbered.points[number as usize];
         let total = cycle.iter().map(point).fold([0.0; 3], sum);
@@ -247,7 +248,8 @@ impl Fill {
         self.numbered.number(middle)
     }
 
-    /// Numbers become indices of vertices: those of the mesh where it has the point, new ones behind them.
+    /// Converts numbers to vertex indices. A point of the mesh gets its index there, and a new point gets an index after those of
+    /// the mesh.
     fn finish(self, n_points: usize, numbers: &[u32]) -> Filling {
         let mut index_of: Vec<Option<u32>> = vec![None; self.numbered.points.len()];
         for (index, &number) in (0..n_points as u32).zip(numbers) {
@@ -276,7 +278,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// The sides of triangles that no other triangle walks the other way, each with how often it is walked.
+    /// The sides that no other triangle walks in the opposite direction, and how often each of them is walked.
     fn border(points: &[Point], triangles: &[[u32; 3]]) -> BTreeMap<[[u64; 3]; 2], i32> {
         let key = |corner: u32| points[corner as usize].map(f64::to_bits);
         let mut border: BTreeMap<[[u64; 3]; 2], i32> = BTreeMap::new();
@@ -340,14 +342,14 @@ mod tests {
             std::slice::from_ref(&square),
             1,
         );
-        // A triangle on the wrong side of its boundary's side goes.
+        // A triangle on the wrong side of a boundary side is removed.
         check(
             &with_middle,
             &[[0, 1, 2], [0, 2, 3], [0, 4, 1]],
             std::slice::from_ref(&square),
             0,
         );
-        // A boundary that is written the other way round is still the boundary.
+        // A boundary that is written in the opposite direction is still the boundary.
         let reversed: Vec<Point> = square.iter().rev().copied().collect();
         assert_eq!(
             filling(&square, &[[0, 1, 2], [0, 2, 3]], &[reversed]),

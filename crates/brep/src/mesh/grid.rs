@@ -4,14 +4,14 @@ use super::layout::Layout;
 use super::triangulated::Node;
 use crate::geometry::Surface;
 
-/// A point of the grid that the surface needs, where it may become a vertex inside the face.
+/// A point of the grid. It may become a vertex inside the face.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Candidate {
     /// Parameters.
     pub(super) uv: [f64; 2],
     /// Point in the chart.
     pub(super) x: [f64; 2],
-    /// How large the grid's cells are there, in the chart.
+    /// The size of the grid's cells at this point, in the chart.
     cell: f64,
 }
 
@@ -21,8 +21,8 @@ impl Candidate {
         Node::on_surface(surface, self.uv, self.x)
     }
 
-    /// Whether a boundary is so near that a vertex here would only make slivers: the corners of the triangle that holds
-    /// the point, and for each side that begins there whether it is a boundary.
+    /// Whether a boundary is so near that a vertex here would only make slivers. `corners` is the triangle that holds the point.
+    /// `is_bounding` says for each side that begins at a corner whether it is a boundary.
     pub(super) fn is_crowded(&self, corners: [[f64; 2]; 3], is_bounding: [bool; 3]) -> bool {
         let x = self.x;
         let is_within =
@@ -36,7 +36,7 @@ impl Candidate {
     }
 }
 
-/// The grid of points that is as dense as the surface needs; not all of it lies inside the face.
+/// The grid of points, as dense as the surface needs. Not all of its points lie inside the face.
 pub(super) fn candidates(layout: &Layout) -> Vec<Candidate> {
     let Layout {
         chart,
@@ -66,7 +66,7 @@ pub(super) fn candidates(layout: &Layout) -> Vec<Candidate> {
     points.map(candidate).collect()
 }
 
-/// The node at the pole, where the face has one.
+/// The node at the pole. Returns `None` if the face has no pole.
 pub(super) fn pole_node(surface: &Surface, layout: &Layout) -> Option<Node> {
     layout
         .pole
@@ -77,7 +77,7 @@ fn squared([x, y]: [f64; 2]) -> f64 {
     x * x + y * y
 }
 
-/// From the nearest point of a side to `p`.
+/// The vector from the nearest point of a side to `p`.
 fn to_side(p: [f64; 2], a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
     let (side, arm) = ([b[0] - a[0], b[1] - a[1]], [p[0] - a[0], p[1] - a[1]]);
     let length = squared(side);

@@ -1,4 +1,4 @@
-//! Says what the mesh of a face loses: its triangles, the true position of its boundary, or detail.
+//! Describes what the mesh of a face loses: its triangles, the true position of its boundary, or detail.
 
 use super::adaptive::MOST_TRIANGLES;
 use super::error::FaceMeshError;
@@ -8,10 +8,11 @@ use super::unwrap::Off;
 use crate::model::{Brep, BrepFace};
 use std::fmt::Display;
 
-/// A face whose triangles are too many to be meshed finer is named if they lack or add this fraction of its area.
+/// If a face has too many triangles to be meshed finer, it is named if the area of its triangles differs from its own by more
+/// than this fraction.
 const BUDGET_LOSS: f64 = 0.02;
 
-/// What is lost of a face: all its triangles, the true position of its boundary, or detail that a budget left out.
+/// Describes what is lost of a face: all its triangles, the true position of its boundary, or detail that a budget left out.
 /// Returns `None` if nothing is lost.
 pub(super) fn what_is_lost(
     brep: &Brep,
@@ -45,7 +46,7 @@ pub(super) fn what_is_lost(
     }
 }
 
-/// The message about a face whose triangles the mesh has no room for.
+/// The message about a face whose triangles would exceed the budget of the mesh.
 pub(super) fn beyond_max_triangles(brep: &Brep, face: &BrepFace, size: f64) -> String {
     let off = off_surface(brep, face, size).map(|off| off.message());
     no_triangles(
@@ -61,7 +62,7 @@ fn no_triangles(reason: impl Display, off: Option<String>) -> String {
     }
 }
 
-/// What the triangles of a face lack that may not have more of them, if that is much.
+/// The message about a face that may not have more triangles although much of its area is missing.
 fn beyond_budget(mesh: &FaceMesh) -> Option<String> {
     let missing = mesh.area - mesh.area_of_triangles();
     let is_short =

@@ -1,5 +1,5 @@
-//! Meshes one face: triangulates it in its chart, closes it against its boundary, and measures how well its triangles follow
-//! its surface.
+//! Meshes one face: triangulates it in its chart, closes it up to its boundary, and measures how well its triangles follow its
+//! surface.
 
 use super::attributes::vertex_attributes;
 use super::boundary::BoundaryPoint;
@@ -23,9 +23,9 @@ use crate::geometry::{Projector, Surface};
 use crate::model::BrepFace;
 use partprobe_shape::Point;
 
-/// Largest fraction of a mesh's area that may leave the surface's normal.
+/// Largest fraction of a mesh's area whose triangles may deviate from the surface's normal.
 const ROUGH_NORMALS: f64 = 0.02;
-/// Largest fraction of a face that its chords may cut off. A lens that loses more is hardly there.
+/// Largest fraction of a face that its chords may cut off. If a lens loses more, hardly anything of it is left.
 const ROUGH_SLIVERS: f64 = 0.15;
 /// Largest relative difference between the area of a face's triangles and of its surface. On a face as narrow as the sag of
 /// its chords, the triangles may miss the surface entirely.
@@ -98,7 +98,7 @@ impl Measures {
     }
 }
 
-/// Notes the area of the face, the volume that its triangles cut off, and the volume under it.
+/// Sets the area of the face, the volume that its triangles cut off, and the volume under it.
 fn set_measures(
     mesh: &mut FaceMesh,
     context: FaceContext<'_>,
@@ -112,7 +112,7 @@ fn set_measures(
         fit,
     } = measures;
     let inward = face.is_inward();
-    // A quadrature that went wrong must not become a negative area.
+    // If the quadrature fails, the area must not become negative.
     mesh.impossible_area = (fit.area <= 0.0).then_some(fit.area);
     mesh.area = if fit.area > 0.0 {
         fit.area
@@ -132,7 +132,7 @@ fn set_measures(
     }
 }
 
-/// The triangles of a face, completed up to its boundary, and the parameters of their vertices.
+/// The triangles of a face, with the gaps up to its boundary filled, and the parameters of their vertices.
 fn closed_triangles(
     context: FaceContext<'_>,
     face: &BrepFace,
@@ -160,7 +160,7 @@ fn closed_triangles(
     (result, parameters)
 }
 
-/// The knots among the nodes, with room for triangles that reach over a seam.
+/// The knots in the parameter range of the nodes, extended for triangles that reach over a seam.
 fn breaks_of(surface: &Surface, mesh: &ChartTriangulation) -> Breaks {
     let mut extent = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
     for node in &mesh.nodes {
@@ -216,7 +216,7 @@ fn outward_triangles(
     (result, parameters)
 }
 
-/// Fills what lies between the triangles and the boundary, so that the neighbors' meshes meet this one.
+/// Fills the gaps between the triangles and the boundary, so that the meshes of the neighbors meet this one.
 fn close(mesh: &mut FaceMesh, polygons: &[Vec<BoundaryPoint>], inward: bool) {
     let walk = |polygon: &Vec<BoundaryPoint>| {
         let mut points: Vec<Point> = polygon.iter().map(|corner| corner.point).collect();
@@ -235,7 +235,7 @@ fn close(mesh: &mut FaceMesh, polygons: &[Vec<BoundaryPoint>], inward: bool) {
     mesh.triangles.extend(filling.triangles);
 }
 
-/// The mesh, if it has triangles and all its points are finite.
+/// Returns the mesh if it has triangles and all its points are finite.
 fn sound(mesh: FaceMesh) -> Result<FaceMesh, FaceMeshError> {
     if mesh.triangles.is_empty() {
         Err(FaceMeshError::Empty)

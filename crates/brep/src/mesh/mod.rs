@@ -71,9 +71,9 @@ pub(crate) struct BrepMesh {
     pub(crate) mesh: Mesh,
     /// The other attributes that were asked for at its vertices.
     pub(crate) attributes: SurfaceAttributes,
-    /// Area of each face's trimmed surface in square millimeters; 0 where it was lost.
+    /// Area of each face's trimmed surface, in square millimeters. It is 0 if the face was lost.
     pub(crate) areas: Vec<f64>,
-    /// Volume that each solid's surfaces enclose, in cubic millimeters; empty unless it was asked for.
+    /// Volume that each solid's surfaces enclose, in cubic millimeters. The list is empty unless volumes were requested.
     pub(crate) solid_volumes: Vec<f64>,
     /// Faces without triangles.
     pub(crate) lost: Vec<LostEntity>,
@@ -107,7 +107,7 @@ pub(crate) fn mesh_brep(brep: &Brep, settings: &MeshSettings) -> BrepMesh {
 }
 
 impl BrepMesh {
-    /// Adds the mesh of a face, or says what is lost of it.
+    /// Adds the mesh of a face, or records what is lost of the face.
     fn add_face(
         &mut self,
         brep: &Brep,

@@ -10,12 +10,12 @@ use super::triangulated::{ChartTriangulation, Side};
 use crate::model::BrepEdge;
 use partprobe_shape::{Point, cross, distance, norm, subtract};
 
-/// Sides of a boundary beyond which nothing is looked for.
+/// If a boundary has more sides, nothing is searched for.
 const MOST_SIDES: usize = 20_000;
 /// A chord that sags by less than this fraction of the chord tolerance is straight.
 const STRAIGHT: f64 = 1e-6;
 
-/// The divisions that bring the chords of neighboring curves together; `chord` is the shape's chord tolerance, in millimeters.
+/// The divisions that align the chords of neighboring curves. `chord` is the shape's chord tolerance, in millimeters.
 pub(crate) fn near_chords(
     mesh: &ChartTriangulation,
     edges: &[BrepEdge],
@@ -63,7 +63,7 @@ struct CurvePiece<'a> {
 }
 
 impl<'a> CurvePiece<'a> {
-    /// The piece behind a side of the boundary. Returns `None` if the side has no edge.
+    /// The piece of curve that a side of the boundary replaces. Returns `None` if the side has no edge.
     fn of(mesh: &ChartTriangulation, edges: &'a [BrepEdge], side: &Side) -> Option<Self> {
         let segment = side.segment;
         let edge = edges.get(segment.edge as usize)?;
@@ -118,7 +118,7 @@ fn others_within(nodes: &[(Point, u32)], piece: &CurvePiece<'_>) -> impl Iterato
         .map(|&(vertex, _)| vertex)
 }
 
-/// How far a point lies from the line through two others.
+/// The distance of a point from the line through two other points.
 fn from_chord(point: Point, a: Point, b: Point) -> f64 {
     let along = subtract(b, a);
     norm(cross(subtract(point, a), along)) / norm(along)

@@ -8,33 +8,34 @@
 use partprobe_shape::{Point, cross, dot, subtract};
 use std::cell::OnceCell;
 
-/// Columns that vote.
+/// Number of columns that vote.
 const COLUMNS: usize = 9;
-/// By this fraction of its extent a surface may stick out of the one that encloses it: the chords of both cut off something.
+/// A surface may stick out of the surface that encloses it by this fraction of the extent of the latter, because the chords of
+/// both cut something off.
 const STICKS_OUT: f64 = 0.05;
-/// Triangles for which one more band is worth its cost.
+/// Number of triangles per band.
 const PER_BAND: usize = 64;
-/// Most bands of triangles.
+/// Largest number of bands.
 const MOST_BANDS: usize = 1024;
 
 /// A surface of triangles.
 pub(crate) struct Enclosure {
     triangles: Vec<[Point; 3]>,
     bounds: [[f64; 2]; 3],
-    /// The volume inside, whichever way the triangles are oriented; none of an open surface.
+    /// The enclosed volume, for any orientation of the triangles. It is `None` for an open surface.
     volume: Option<f64>,
     bands: OnceCell<Bands>,
     columns: OnceCell<Vec<Point>>,
 }
 
-/// The triangles by the stretches of the first axis that they reach into.
+/// The triangles, listed for each interval (band) of the first axis that they reach into.
 struct Bands {
     per_unit: f64,
     triangles: Vec<Vec<u32>>,
 }
 
 impl Enclosure {
-    /// A surface of these triangles, with the volume inside if it is closed.
+    /// Makes a surface of triangles. `volume` is the volume inside if the surface is closed.
     pub(crate) fn new(triangles: Vec<[Point; 3]>, volume: Option<f64>) -> Self {
         let mut bounds = [[f64::INFINITY, f64::NEG_INFINITY]; 3];
         for corner in triangles.iter().flatten() {
@@ -52,7 +53,7 @@ impl Enclosure {
         }
     }
 
-    /// How much there is inside, to compare by.
+    /// The volume inside, or the volume of the bounding box. Surfaces are compared by it.
     fn size(&self, is_by_volume: bool) -> f64 {
         let of_bounds = || self.bounds.iter().map(|[low, high]| high - low).product();
         self.volume
@@ -60,7 +61,7 @@ impl Enclosure {
             .unwrap_or_else(of_bounds)
     }
 
-    /// Whether another surface's bounds leave room for this one.
+    /// Whether this surface fits into the bounds of another surface.
     fn may_lie_in(&self, other: &Self) -> bool {
         let slack = STICKS_OUT
             * other
@@ -74,7 +75,7 @@ impl Enclosure {
         self.bounds.iter().zip(&other.bounds).all(is_within)
     }
 
-    /// Points inside this surface, at most one on each column.
+    /// Points inside this surface, at most one per column.
     fn inner_points(&self) -> &[Point] {
         self.columns.get_or_init(|| {
             let seen_from_above =
@@ -112,14 +113,14 @@ impl Enclosure {
         heights
     }
 
-    /// Whether a point is inside; `None` if its column finds a leak.
+    /// Whether a point is inside. Returns `None` if its column finds a leak.
     fn encloses(&self, [x, y, z]: Point) -> Option<bool> {
         let heights = self.heights([x, y]);
         let n_below = heights.iter().filter(|&&height| height < z).count();
         heights.len().is_multiple_of(2).then_some(n_below % 2 == 1)
     }
 
-    /// Whether this surface lies in another; `None` if the columns don't decide.
+    /// Whether this surface lies in another one. Returns `None` if the columns do not decide.
     fn lies_in(&self, other: &Self) -> Option<bool> {
         let votes: Vec<bool> = self
             .inner_points()
@@ -154,7 +155,7 @@ impl Bands {
     }
 
     fn band(&self, x: f64) -> usize {
-        // Conversion to an integer is saturating, so that any point has a band.
+        // The conversion to an integer saturates, so any point has a band.
         ((x * self.per_unit) as usize).min(self.triangles.len() - 1)
     }
 
@@ -163,7 +164,7 @@ impl Bands {
     }
 }
 
-/// The number of surfaces that enclose each one. Where the triangles don't decide, as of surfaces that coincide, a surface
+/// The number of surfaces that enclose each surface. If the triangles do not decide, for example if surfaces coincide, a surface
 /// lies in those that come before it.
 pub(crate) fn depths(surfaces: &[Enclosure]) -> Vec<usize> {
     let lies_in = |inner: usize, outer: usize| {
@@ -181,7 +182,7 @@ pub(crate) fn depths(surfaces: &[Enclosure]) -> Vec<usize> {
     (0..surfaces.len()).map(depth).collect()
 }
 
-/// The middle of the lowest stretch of a column that is inside; `None` if the column finds a leak.
+/// The middle of the lowest interval of a column that is inside. Returns `None` if the column finds a leak.
 fn inner_point([x, y]: [f64; 2], heights: Vec<f64>) -> Option<Point> {
     let &[low, high, ..] = heights.as_slice() else {
         return None;
@@ -189,7 +190,7 @@ fn inner_point([x, y]: [f64; 2], heights: Vec<f64>) -> Option<Point> {
     (heights.len().is_multiple_of(2) && low < high).then_some([x, y, 0.5 * (low + high)])
 }
 
-/// Where a column passes through a triangle.
+/// The height at which a column passes through a triangle. Returns `None` if it misses the triangle.
 fn height([a, b, c]: &[Point; 3], at: [f64; 2]) -> Option<f64> {
     let is_crossed = [(a, b), (b, c), (c, a)]
         .into_iter()
@@ -203,7 +204,7 @@ fn height([a, b, c]: &[Point; 3], at: [f64; 2]) -> Option<f64> {
     let normal = cross(subtract(*b, *a), subtract(*c, *a));
     let arm = [at[0] - a[0], at[1] - a[1], 0.0];
     let height = a[2] - dot(arm, normal) / normal[2];
-    // Of a triangle that stands upright any of its heights will do.
+    // If a triangle is parallel to the column, any of its heights will do.
     let (low, high) = (a[2].min(b[2]).min(c[2]), a[2].max(b[2]).max(c[2]));
     Some(if height.is_finite() {
         height.clamp(low, high)
@@ -212,7 +213,8 @@ fn height([a, b, c]: &[Point; 3], at: [f64; 2]) -> Option<f64> {
     })
 }
 
-/// Whether a side crosses the ray from a point along the first axis; the same bits whichever way the side is walked.
+/// Whether a side crosses the ray from a point along the first axis. The result is the same for both directions of the side, bit
+/// by bit.
 fn is_left_of(a: &Point, b: &Point, at: [f64; 2]) -> bool {
     let (low, high) = if a[1] <= b[1] { (a, b) } else { (b, a) };
     low[1] <= at[1] && at[1] < high[1] && {
@@ -295,7 +297,7 @@ mod tests {
         check(vec![cube(0.0, 10.0), cube(2.0, 8.0)], &[0, 1]);
         check(vec![cube(2.0, 8.0), cube(0.0, 10.0)], &[1, 0]);
         check(vec![cube(0.0, 10.0), cube(20.0, 30.0)], &[0, 0]);
-        // An island in a void, a void in the island, a second void beside them.
+        // An island in a void, a void in the island, and a second void next to them.
         let nest = vec![
             cube(4.0, 5.0),
             cube(0.0, 10.0),
@@ -328,7 +330,7 @@ mod tests {
         );
         check(vec![octahedron(5.0), cube(-5.0, 5.0)], &[1, 0]);
         check(vec![cube(-5.0, 5.0), octahedron(5.0)], &[0, 1]);
-        // Two that coincide are taken as they are written.
+        // Two surfaces that coincide are nested in the order in which they are written.
         check(vec![cube(0.0, 10.0), cube(0.0, 10.0)], &[0, 1]);
     }
 
@@ -356,7 +358,7 @@ mod tests {
             let lies_in = |inner: &[Point; 2], outer: &[Point; 2]| {
                 (0..3).all(|axis| outer[0][axis] <= inner[0][axis] && inner[1][axis] <= outer[1][axis])
             };
-            // Boxes that cross have no order.
+            // Boxes that intersect have no order.
             let overlap = |a: &[Point; 2], b: &[Point; 2]| (0..3).all(|axis| a[0][axis] < b[1][axis] && b[0][axis] < a[1][axis]);
             let is_nested = |a: &[Point; 2], b: &[Point; 2]| !overlap(a, b) || lies_in(a, b) || lies_in(b, a);
             prop_assume!(corners.iter().enumerate().all(|(i, a)| corners[..i].iter().all(|b| a != b && is_nested(a, b))));

@@ -1,44 +1,44 @@
 //! Finds edges that are far from the surface of their face, and the bound that separates them from merely imprecise edges.
 //!
-//! Exporters round, and edges are some micrometers off their surfaces: the mesh joins the edges' own points, so that neighbors
-//! meet. If an edge is meters away, the edge or the surface is wrong, and the file contradicts itself. The mesh does not reach
-//! out there, and the face is named.
+//! Exporters round numbers, so edges are some micrometers off their surfaces. The mesh uses the edges' own points, so neighbors
+//! meet. If an edge is meters away, the edge or the surface is wrong, and the file contradicts itself. Then the mesh does not
+//! follow the edge, and the face is named.
 
 use super::repaired::edges_of;
 use crate::geometry::{Curve, Projector, Surface, trim};
 use crate::model::{Brep, BrepEdge, BrepFace};
 use partprobe_shape::{Point, bounding_diagonal, distance};
 
-/// The distance from which an edge is off its surface, as a fraction of the shape's diagonal. Of 1 673 real files three have such
+/// An edge is off its surface if its distance exceeds this fraction of the shape's diagonal. Three of 1 673 real files have such
 /// edges, on twelve faces.
 pub(super) const OFF_SHAPE: f64 = 1e-3;
-/// The distance from which the mesh does not reach out to it any more. No edge of those files lies so far away: the farthest
-/// one lies 0.8 % of the diagonal off its surface.
+/// If the distance exceeds this fraction of the diagonal, the mesh does not follow the edge. No edge of those files is so far
+/// away: the farthest one is 0.8 % of the diagonal off its surface.
 pub(super) const FAR: f64 = 1e-2;
-/// The same as a fraction of the extent of the boundary itself. Both must be exceeded.
+/// The distance must also exceed this fraction of the extent of the boundary itself.
 const OFF_LOOP: f64 = 1e-2;
-/// Pieces of each curved edge whose ends are looked at.
+/// Number of pieces of each curved edge. Their ends are measured.
 const PIECES: usize = 8;
-/// Pieces of each straight edge on a surface that is not a plane.
+/// Number of pieces of each straight edge on a surface that is not a plane.
 const STRAIGHT_PIECES: usize = 2;
 
-/// What is off its surface in a face.
+/// The edges of a face that are off its surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct OffSurface {
     /// `#` number of the edge that lies farthest away.
     pub(crate) edge: u64,
-    /// How far, in millimeters.
+    /// The distance of that edge, in millimeters.
     pub(crate) distance: f64,
-    /// The distance that is still taken for sloppiness, in millimeters.
+    /// The largest distance that still counts as imprecision, in millimeters.
     pub(crate) bound: f64,
-    /// How many edges lie farther away than that.
+    /// The number of edges that are farther away than `bound`.
     pub(crate) n_edges: usize,
-    /// The fraction of the boundary's points that do.
+    /// The fraction of the boundary's points that are farther away than `bound`.
     pub(crate) share: f64,
 }
 
 impl OffSurface {
-    /// The finding in words, without the face.
+    /// The message about these edges. It does not name the face.
     pub(crate) fn message(&self) -> String {
         let Self {
             edge,
@@ -58,22 +58,22 @@ impl OffSurface {
     }
 }
 
-/// The distance up to which the points of a boundary may lie beside their surface, in millimeters. `size` is the diagonal of
-/// the shape.
+/// The largest distance that the points of a boundary may have from their surface, in millimeters. `size` is the diagonal of the
+/// shape.
 pub(super) fn off_bound(boundary: impl Iterator<Item = Point>, size: f64) -> f64 {
     let points: Vec<Point> = boundary.collect();
     (OFF_SHAPE * size).max(OFF_LOOP * bounding_diagonal(&points))
 }
 
-/// The edge that lies farthest off the face's surface; `None` if all edges are near enough.
+/// The edge that lies farthest off the face's surface. Returns `None` if all edges are near enough.
 pub(crate) fn off_surface(brep: &Brep, face: &BrepFace, size: f64) -> Option<OffSurface> {
     farthest_off(brep, face, size, |_| true)
 }
 
-/// The straight edge that lies farthest off the face's surface, though both its ends may lie on it: a chord of a cylinder.
-/// The mesh has no corner between its ends and does not notice.
+/// The straight edge that lies farthest off the face's surface. Both its ends may lie on the surface, for example if it is a
+/// chord of a cylinder. The mesh has no corner between the ends, so meshing does not find such an edge.
 pub(crate) fn straight_off_surface(brep: &Brep, face: &BrepFace, size: f64) -> Option<OffSurface> {
-    // Between two points of a plane all are, and an edge so short cannot leave its surface far enough.
+    // A straight line between two points of a plane lies in the plane, and a very short edge cannot leave its surface far enough.
     let may_leave =
         |edge: &BrepEdge| is_straight(edge) && length_between_ends(brep, edge) > OFF_SHAPE * size;
     let is_flat = matches!(*face.surface, Surface::Plane(_) | Surface::Facets(_));
@@ -138,7 +138,7 @@ fn farthest_off(
     (n_off > 0).then_some(found)
 }
 
-/// Points along an edge. On a plane the ends of a straight one say all.
+/// Points along an edge. On a plane, the ends of a straight edge suffice.
 fn places_of(brep: &Brep, edge: u32, is_flat: bool) -> Option<(&BrepEdge, Vec<Point>)> {
     let edge = brep.edges.get(edge as usize)?;
     let [start, end] = [edge.start, edge.end].map(|vertex| brep.vertices.get(vertex as usize));

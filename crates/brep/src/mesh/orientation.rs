@@ -14,11 +14,11 @@ use crate::model::{Brep, BrepFace, EdgeUse};
 /// Two faces that share an edge which no third face uses.
 struct Link {
     faces: [u32; 2],
-    /// They walk it in the same direction: the file turns one of them over.
+    /// Whether both walk it in the same direction. Then the file reverses one of them.
     is_same_direction: bool,
 }
 
-/// Turns the meshes that don't fit their neighbors.
+/// Reverses the meshes that do not fit their neighbors.
 pub(super) fn agree_with_neighbors(brep: &Brep, meshes: &mut [Result<FaceMesh, FaceMeshError>]) {
     let links = links(brep, meshes);
     if !links.iter().any(|link| link.is_same_direction) {
@@ -68,7 +68,7 @@ fn links(brep: &Brep, meshes: &[Result<FaceMesh, FaceMeshError>]) -> Vec<Link> {
     links
 }
 
-/// How the triangles of a face would walk its edges if its loops are right.
+/// The directions in which the triangles of a face walk its edges if its loops are right.
 pub(super) fn walks_of_loops(face: &BrepFace) -> impl Iterator<Item = EdgeUse> + '_ {
     let uses = face.loops.iter().filter_map(edges_of).flatten();
     uses.map(|use_| EdgeUse {
@@ -77,7 +77,7 @@ pub(super) fn walks_of_loops(face: &BrepFace) -> impl Iterator<Item = EdgeUse> +
     })
 }
 
-/// The connected component of each face, by its first face, and whether it is reversed against that one.
+/// For each face the first face of its connected component, and whether the face is reversed relative to that one.
 fn walk(n_faces: usize, links: &[Link]) -> (Vec<u32>, Vec<bool>) {
     let mut neighbors: Vec<Vec<(u32, bool)>> = vec![Vec::new(); n_faces];
     for &Link {

@@ -6,7 +6,7 @@ use super::plain::PlainFace;
 use super::triangulated::{ChartTriangulation, Node, boundary_sides, settled};
 use crate::geometry::Surface;
 
-/// Triangulates a face whose boundary is plain; `nodes` are those of the boundary.
+/// Triangulates a face whose boundary is plain. `nodes` are the nodes of the boundary.
 pub(super) fn plain_triangulation(
     surface: &Surface,
     layout: &Layout,

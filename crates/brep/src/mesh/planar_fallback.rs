@@ -15,11 +15,11 @@ use std::sync::Arc;
 
 /// Height of the boundary over its plane, as a fraction of its width, up to which a face counts as nearly flat.
 const FLAT: f64 = 0.05;
-/// If as much as this fraction of a boundary lies off the surface, it is the surface that is in the wrong position.
+/// If at least this fraction of a boundary lies off the surface, the surface is in the wrong position.
 const MOSTLY: f64 = 0.5;
 
-/// Meshes a nearly flat face in the plane of its boundary. Returns `None` if the face isn't nearly flat, or if its surface says
-/// that much of its boundary is in the wrong position.
+/// Meshes a nearly flat face in the plane of its boundary. Returns `None` if the face is not nearly flat, or if some of its
+/// boundary is off the surface but less than [`MOSTLY`].
 pub(crate) fn planar_mesh(
     context: FaceContext<'_>,
     face: &BrepFace,
@@ -48,7 +48,7 @@ pub(crate) fn planar_mesh(
         .iter()
         .map(|&point| dot(subtract(point, origin), normal).abs())
         .fold(0.0, f64::max);
-    // A surface in the wrong position is no reason to take a bent boundary for a flat one.
+    // Even if the surface is in the wrong position, a bent boundary must not count as flat.
     let flat = off.map_or_else(|| FLAT * bounding_diagonal(&points), |off| off.bound);
     if height > flat {
         return None;

@@ -4,12 +4,12 @@
 use crate::geometry::{Curve, Frame, Surface};
 use partprobe_shape::{Point, distance, dot, norm};
 
-/// Points that are compared along an end of the surface.
+/// Number of points that are compared along an end of the surface.
 const SAMPLES: usize = 5;
-/// They are one point within this fraction of the shape's size.
+/// These points count as one if they agree within this fraction of the shape's size.
 const MEETS: f64 = 1e-6;
 
-/// The values of the parameter `along` at which the surface comes to a point: at its lower end, at its upper end. `size` is
+/// The values of the parameter `along` at which the surface comes to a point: at its lower end and at its upper end. `size` is
 /// the diagonal of the shape.
 pub(crate) fn poles(surface: &Surface, along: usize, size: f64) -> [Option<f64>; 2] {
     let none = [None; 2];
@@ -18,7 +18,7 @@ pub(crate) fn poles(surface: &Surface, along: usize, size: f64) -> [Option<f64>;
         Surface::Revolution { axis, curve }
             if along == 1 && matches!(**curve, Curve::Line { .. }) =>
         {
-            // A straight meridian has no ends; it comes to the axis once at most.
+            // A straight meridian has no ends. It meets the axis at most once.
             [crossing(axis, curve, size); 2]
         }
         Surface::Sphere { .. } | Surface::Cone { .. } | Surface::Torus { .. } => {
@@ -32,12 +32,12 @@ pub(crate) fn poles(surface: &Surface, along: usize, size: f64) -> [Option<f64>;
     }
 }
 
-/// Whether a direction of the surface has no border: it is periodic, or comes to a point at both its ends.
+/// Whether a direction of the surface has no border, because it is periodic or comes to a point at both ends.
 pub(crate) fn closes(surface: &Surface, axis: usize, size: f64) -> bool {
     surface.period()[axis].is_some() || poles(surface, axis, size).iter().all(Option::is_some)
 }
 
-/// Whether all of an end of the surface is one point.
+/// Whether an end of the surface is a single point.
 fn is_point(surface: &Surface, along: usize, end: f64, size: f64) -> bool {
     let Some((low, high)) = surface.range()[1 - along].filter(|_| end.is_finite()) else {
         return false;
@@ -54,7 +54,7 @@ fn is_point(surface: &Surface, along: usize, end: f64, size: f64) -> bool {
     (1..SAMPLES).all(|i| distance(first, point(i)) <= MEETS * size)
 }
 
-/// Where a straight line meets an axis.
+/// The parameter at which a straight line meets an axis. Returns `None` if it does not.
 fn crossing(axis: &Frame, curve: &Curve, size: f64) -> Option<f64> {
     let (origin, direction) = curve.derivative(0.0);
     let ([x, y, _], dx, dy) = (
@@ -105,7 +105,7 @@ mod tests {
         revolved(Curve::Bspline(BsplineCurve::new(2, knots, poles).unwrap()))
     }
 
-    /// A fan of squares around the origin; its v runs outward.
+    /// A fan of squares around the origin. Its parameter v runs outward.
     fn fan() -> Surface {
         let around = [[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0], [1.0, 0.0]];
         let poles = around
@@ -166,7 +166,7 @@ mod tests {
         assert_eq!(at(&line([3.0, 0.0, 0.0], [-1.0, 0.0, 2.0])), [Some(3.0); 2]);
         assert_eq!(at(&line([3.0, 0.0, 0.0], [-1.0, 0.0, 0.0])), [Some(3.0); 2]);
         assert_eq!(at(&line([3.0, 0.0, 0.0], [0.0, 0.0, 1.0])), [None; 2]);
-        // Beside the axis: a hyperboloid.
+        // A line that misses the axis makes a hyperboloid.
         assert_eq!(at(&line([3.0, 1.0, 0.0], [-1.0, 0.0, 2.0])), [None; 2]);
     }
 }

@@ -4,35 +4,36 @@
 //! knots, and each piece is divided until two rules agree on it. The finest rule has seven points and is exact for degree five
 //! (J. Radon, *Zur mechanischen Kubatur*, 1948).
 
-/// A triangle of the parameter plane; counter-clockwise ones count as positive.
+/// A triangle of the parameter plane. Counter-clockwise triangles count as positive.
 pub(super) type UvTriangle = [[f64; 2]; 3];
 
-/// Most quarterings of one piece.
+/// The largest number of times that one piece is quartered.
 const MAX_DEPTH: u32 = 9;
-/// Most pieces into which knots cut one triangle: a grid of them that is finer than this is left to the quartering.
+/// The largest number of pieces into which knots cut one triangle. If the grid of knots is finer, the pieces are only quartered.
 const MAX_PIECES: usize = 40_000;
-/// A piece thinner than this fraction of its triangle is no piece.
+/// A piece that would be thinner than this fraction of its triangle is not cut off.
 const THINNEST: f64 = 1e-9;
 
-/// Weights of the middle and of the six other points of Radon's rule, which is exact for polynomials of degree five.
+/// Weights of the middle and of the six other points of Radon's rule. The rule is exact for polynomials of degree five.
 const MIDDLE: f64 = 9.0 / 40.0;
 const NEAR_CORNERS: f64 = 0.125_939_180_544_827_17;
 const NEAR_SIDES: f64 = 0.132_394_152_788_506_16;
-/// Barycentric coordinates of those points: the two equal ones.
+/// The two equal barycentric coordinates of those points.
 const AT_CORNERS: f64 = 0.101_286_507_323_456_33;
 const AT_SIDES: f64 = 0.470_142_064_105_115_1;
-/// The weight of the middle in the rule that uses it and the points near the corners alone: exact for degree two.
+/// The weight of the middle in the rule that uses only the middle and the points near the corners. The rule is exact for degree
+/// two.
 const COARSE_MIDDLE: f64 = 0.484_123_422_436_514_8;
 
-/// When an integral over a piece is exact enough.
+/// The accuracy at which an integral over a piece is accepted.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Exactness {
     /// Two rules may differ by this fraction of the piece's integral.
     pub(super) relative: f64,
-    /// Or by this much.
+    /// Two rules may also differ by this amount.
     pub(super) absolute: f64,
-    /// The rule of the middle alone may differ by this fraction from the next one, which is then believed; 0 where each piece
-    /// is to be looked at closely.
+    /// If the rule of the middle alone differs from the next rule by at most this fraction, the next rule is accepted. A value of
+    /// 0 turns this test off.
     pub(super) at_a_glance: f64,
 }
 
@@ -47,7 +48,7 @@ impl Exactness {
 pub(super) struct Breaks {
     /// The knots of u and of v.
     pub(super) knots: [Vec<f64>; 2],
-    /// The tangents may jump at them.
+    /// Whether the tangents may jump at the knots.
     pub(super) has_kinks: bool,
 }
 
@@ -61,7 +62,7 @@ pub(super) fn integral(
     integral_from(triangle, None, breaks, exactness, density)
 }
 
-/// The same where the density in the middle may be known already.
+/// The same integral. `in_middle` is the density in the middle, if it is already known.
 pub(super) fn integral_from(
     triangle: UvTriangle,
     in_middle: Option<f64>,
@@ -75,7 +76,7 @@ pub(super) fn integral_from(
     {
         return smooth_integral(triangle, in_middle, exactness, density);
     }
-    // Over knots that are smooth enough the triangle may need no cuts.
+    // If the surface is smooth at the knots, the triangle may need no cuts.
     if !breaks.has_kinks
         && exactness.at_a_glance > 0.0
         && let Some(integral) = at_once(triangle, in_middle, exactness, density)
@@ -88,7 +89,7 @@ pub(super) fn integral_from(
         .sum()
 }
 
-/// How many knots of u and of v a triangle reaches over.
+/// The numbers of knots of u and of v that a triangle reaches over.
 pub(super) fn n_breaks_inside(triangle: UvTriangle, breaks: &[Vec<f64>; 2]) -> [usize; 2] {
     [0, 1].map(|axis| inner_breaks(triangle, axis, &breaks[axis]).len())
 }
@@ -124,11 +125,11 @@ fn pieces(triangle: UvTriangle, breaks: &[Vec<f64>; 2]) -> Vec<UvTriangle> {
     done
 }
 
-/// Cuts a triangle where one parameter has a value, into one triangle and a quadrilateral of two.
+/// Cuts a triangle where one parameter has the value `at`. Returns one triangle on one side and two on the other.
 fn halves(triangle: UvTriangle, axis: usize, at: f64) -> impl Iterator<Item = UvTriangle> {
     let is_low = triangle.map(|corner| corner[axis] < at);
     let n_low = is_low.iter().filter(|is_low| **is_low).count();
-    // The corner that lies alone on its side comes first.
+    // The corner that is alone on its side of the cut comes first.
     let alone = is_low
         .iter()
         .position(|&is_low| is_low == (n_low == 1))
@@ -146,7 +147,7 @@ fn halves(triangle: UvTriangle, axis: usize, at: f64) -> impl Iterator<Item = Uv
         .filter(|&piece| signed_area(piece) != 0.0)
 }
 
-/// The same where the density is smooth.
+/// The integral of a smooth density over a triangle.
 fn smooth_integral(
     triangle: UvTriangle,
     in_middle: Option<f64>,
@@ -175,7 +176,8 @@ fn smooth_integral(
     total
 }
 
-/// The integral by one application of rules that agree; their points lie inside, since on a side a surface may have a kink.
+/// The integral, from one application of the rules. Returns `None` if they do not agree. Their points lie inside the triangle,
+/// because a surface may have a kink on a side.
 fn at_once(
     triangle: UvTriangle,
     in_middle: Option<f64>,
@@ -195,7 +197,7 @@ fn at_once(
         * (MIDDLE * middle
             + 3.0 * NEAR_CORNERS * near_corners
             + 3.0 * NEAR_SIDES * mean_at(AT_SIDES));
-    // What is not a number will not become one.
+    // If the result is not finite, dividing the triangle does not help.
     (exactness.allows(fine - coarse, fine) || !fine.is_finite()).then_some(fine)
 }
 
@@ -212,14 +214,14 @@ pub(super) fn middle_of([a, b, c]: UvTriangle) -> [f64; 2] {
     [0, 1].map(|axis| (a[axis] + b[axis] + c[axis]) / 3.0)
 }
 
-/// The four triangles between the corners and the middles of the sides.
+/// The four triangles formed by the corners and the middles of the sides.
 fn quarters([a, b, c]: UvTriangle) -> [UvTriangle; 4] {
     let middle = |p: [f64; 2], q: [f64; 2]| [0, 1].map(|axis| 0.5 * (p[axis] + q[axis]));
     let (ab, bc, ca) = (middle(a, b), middle(b, c), middle(c, a));
     [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
 }
 
-/// The area of a triangle in the parameter plane, positive where its corners run counter-clockwise.
+/// The area of a triangle in the parameter plane. It is positive if the corners run counter-clockwise.
 pub(super) fn signed_area([a, b, c]: UvTriangle) -> f64 {
     0.5 * ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))
 }

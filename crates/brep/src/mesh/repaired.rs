@@ -5,7 +5,7 @@ use crate::model::{Brep, BrepFace, EdgeUse, Loop};
 use std::borrow::Cow;
 use std::f64::consts::PI;
 
-/// The edges of a loop; none of a vertex loop.
+/// The edges of a loop. Returns `None` for a vertex loop.
 pub(crate) fn edges_of(bound: &Loop) -> Option<&Vec<EdgeUse>> {
     match bound {
         Loop::Edges(uses) => Some(uses),
@@ -13,7 +13,7 @@ pub(crate) fn edges_of(bound: &Loop) -> Option<&Vec<EdgeUse>> {
     }
 }
 
-/// Whether each use begins where the one before it ends.
+/// Whether each use begins where the previous one ends.
 pub(crate) fn is_chain(brep: &Brep, uses: &[EdgeUse]) -> bool {
     let next = uses.iter().cycle().skip(1);
     uses.iter().zip(next).all(|(&use_, &next)| {
@@ -23,7 +23,7 @@ pub(crate) fn is_chain(brep: &Brep, uses: &[EdgeUse]) -> bool {
     })
 }
 
-/// Joins uses of edges into closed walks. Returns `None` if the end of a walk has no continuation.
+/// Joins uses of edges into closed walks. Returns `None` if a walk cannot be continued.
 pub(crate) fn stitched(brep: &Brep, uses: Vec<EdgeUse>) -> Option<Vec<Vec<EdgeUse>>> {
     let mut left: Vec<Option<EdgeUse>> = uses.into_iter().map(Some).collect();
     let mut loops = Vec::new();
@@ -40,7 +40,7 @@ pub(crate) fn stitched(brep: &Brep, uses: Vec<EdgeUse>) -> Option<Vec<Vec<EdgeUs
             walk.push(use_);
             last = index;
         }
-        // Where most uses were reversed it was the first that lies the wrong way.
+        // If most uses were reversed, the first use has the wrong direction.
         if 2 * n_reversed > walk.len() {
             walk = walk
                 .iter()
@@ -56,7 +56,8 @@ pub(crate) fn stitched(brep: &Brep, uses: Vec<EdgeUse>) -> Option<Vec<Vec<EdgeUs
     Some(loops)
 }
 
-/// The loop walked in its own order from end to end, with some uses reversed; nothing if that doesn't close.
+/// The loop in its own order, with some uses reversed so that each begins where the previous one ends. Returns `None` if the loop
+/// does not close.
 fn in_order(brep: &Brep, uses: &[EdgeUse]) -> Option<Vec<EdgeUse>> {
     let reversed = |use_: EdgeUse| EdgeUse {
         forward: !use_.forward,
@@ -83,8 +84,8 @@ fn in_order(brep: &Brep, uses: &[EdgeUse]) -> Option<Vec<EdgeUse>> {
         .min_by_key(n_reversed)
 }
 
-/// The next use in the loop's own order that leaves vertex `at`. Files exist whose flags turn an edge of a
-/// loop the wrong way: only if no use begins there, one that ends there is reversed.
+/// The next use in the loop's own order that begins at vertex `at`. In some files, the flag of an edge has the wrong sense. So if
+/// no use begins there, a use that ends there is reversed.
 fn continuation(
     brep: &Brep,
     left: &[Option<EdgeUse>],
@@ -121,14 +122,14 @@ fn ends(brep: &Brep, use_: EdgeUse) -> Option<(u32, u32)> {
     })
 }
 
-/// The shape with the vertices of such edges exchanged as are reversed in more loops than not.
+/// The shape, with the two vertices of an edge exchanged if more loops contradict the direction of the edge than agree with it.
 ///
-/// Some writers exchange them, and then an arc is taken for the rest of its circle. Where the loops don't decide, an
-/// arc of more than half a turn is the one that is wrong.
+/// Some writers exchange the vertices, and then an arc is read as the rest of its circle. If the loops do not decide, the
+/// vertices of an arc of more than half a turn are exchanged.
 pub(crate) fn repaired(brep: &Brep) -> Cow<'_, Brep> {
     let mut votes: Vec<i32> = Vec::new();
     let mut is_contested: Vec<bool> = Vec::new();
-    // The walks round triangles are made here, not written by anybody.
+    // The loops around triangles were made by this program, so they say nothing about the file.
     let is_written = |face: &&BrepFace| !matches!(*face.surface, Surface::Facets(_));
     let loops = || {
         brep.faces
@@ -169,8 +170,8 @@ pub(crate) fn repaired(brep: &Brep) -> Cow<'_, Brep> {
     Cow::Owned(repaired)
 }
 
-/// The uses of a loop that is no chain, as they walk from end to end: in the order that the file has them in, or else
-/// in any. The result is empty if the order fits backwards as it is, or if two edges leave the sense open.
+/// The uses of a loop that is not a chain, joined end to end: in the order of the file, or else in any order. The result is empty
+/// if the loop is a chain when it is read backwards, or if it has only two edges and the sense is open.
 fn walked(brep: &Brep, uses: &[EdgeUse]) -> Vec<EdgeUse> {
     let is_backwards = is_chain(brep, &uses.iter().rev().copied().collect::<Vec<_>>());
     if uses.len() < 3 || is_backwards {

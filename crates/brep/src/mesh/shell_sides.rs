@@ -21,7 +21,7 @@ pub(super) fn reverse_shells(brep: &Brep, meshes: &mut [Result<FaceMesh, FaceMes
     }
 }
 
-/// For each shell whether it lies inside out; `volumes` are those of [`shell_volumes`].
+/// For each shell, whether it is inside out. `volumes` is the result of [`shell_volumes`].
 ///
 /// Open shells, and those of surface models, stay as they are.
 pub(super) fn inside_out(
@@ -39,7 +39,7 @@ pub(super) fn inside_out(
         .collect()
 }
 
-/// For each shell whether it encloses a void.
+/// For each shell, whether it encloses a void.
 fn voids(
     brep: &Brep,
     meshes: &[Result<FaceMesh, FaceMeshError>],
@@ -72,7 +72,7 @@ fn voids(
     is_void
 }
 
-/// The triangles of some shells; empty for the others.
+/// The triangles of the given shells. The lists of the other shells are empty.
 fn triangles_of_shells(
     brep: &Brep,
     meshes: &[Result<FaceMesh, FaceMeshError>],
@@ -94,7 +94,7 @@ fn triangles_of_shells(
     triangles
 }
 
-/// The volume that the mesh of each shell encloses. `None` if the shell is open.
+/// The volume that the mesh of each shell encloses, or `None` if the shell is open.
 pub(super) fn shell_volumes(
     brep: &Brep,
     meshes: &[Result<FaceMesh, FaceMeshError>],

@@ -7,10 +7,11 @@ use partprobe_shape::{Point, cross, distance, dot, subtract};
 
 /// A loop whose area is below this fraction of its squared perimeter is a sliver: about 24 times as long as wide.
 const SLIVER: f64 = 0.01;
-/// A face within this sine of the equator is far enough from the poles.
+/// If the sine of a face's largest latitude is below this value, the face is far enough from the poles.
 const BESIDE_EQUATOR: f64 = 0.3;
 
-/// The frame in which a small patch and a long sliver lie on the equator, and a larger face has a pole inside its widest loop.
+/// The rotated frame of a sphere. A small patch or a long sliver lies on its equator. A larger face has a pole inside its widest
+/// loop.
 pub(crate) fn sphere_frame(frame: &Frame, loops: &[Vec<BoundaryPoint>], radius: f64) -> Frame {
     let widest = loops
         .iter()
@@ -21,7 +22,7 @@ pub(crate) fn sphere_frame(frame: &Frame, loops: &[Vec<BoundaryPoint>], radius: 
             .iter()
             .fold([0.0; 3], |total, corners| sum(total, area_vector(corners))),
     };
-    // A loop that encloses next to nothing, such as a meridian there and back, has no direction.
+    // A loop that encloses almost nothing, such as a meridian walked in both directions, has no direction.
     if dot(normal, normal) <= (1e-12 * radius * radius) * (1e-12 * radius * radius) {
         return *frame;
     }
@@ -45,8 +46,9 @@ pub(crate) fn sphere_frame(frame: &Frame, loops: &[Vec<BoundaryPoint>], radius: 
     }
 }
 
-/// The frame whose equator a sliver follows, such as a lune from pole to pole. `None` if it leaves every great circle. A pole
-/// inside so thin a face would be much nearer to its long sides than their corners are to each other.
+/// The frame whose equator a sliver follows, for example a lune from pole to pole. Returns `None` if the sliver follows no great
+/// circle. A pole inside such a thin face would be much nearer to its long sides than the corners of these sides are to each
+/// other.
 fn frame_along(frame: &Frame, corners: &[BoundaryPoint]) -> Option<Frame> {
     let arms: Vec<Point> = corners
         .iter()

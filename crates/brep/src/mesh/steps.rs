@@ -4,11 +4,12 @@ use super::edge_points::{Tolerance, angle_between};
 use crate::geometry::{BsplineSurface, Curve, Frame, Surface};
 use partprobe_shape::{Point, dot, subtract};
 
-/// Most steps along one parameter, and most cells of one face.
+/// The largest number of steps along one parameter, and the largest number of cells of one face.
 const MAX_STEPS: usize = 2000;
 const MAX_CELLS: usize = 100_000;
 
-/// Samples along one parameter of a spline, and the most points at which both together look.
+/// The smallest and the largest number of samples along one parameter of a spline, and the largest number of samples of the grid
+/// of both.
 const FEWEST_SAMPLES: usize = 6;
 const MOST_SAMPLES: usize = 24;
 const MOST_GRID_SAMPLES: usize = 1152;
@@ -40,7 +41,7 @@ struct Region<'a> {
 }
 
 impl Region<'_> {
-    /// The number of steps along u and v, however many cells they make.
+    /// The number of steps along u and v, without a limit on the number of cells.
     fn steps(self) -> [usize; 2] {
         match self.surface {
             Surface::Plane(_) | Surface::Facets(_) => [1, 1],
@@ -86,7 +87,7 @@ impl Region<'_> {
     fn of_revolution(self, axis: &Frame, curve: &Curve) -> [usize; 2] {
         let n_v = curve_samples(curve, self.bounds[1]);
         let [along_u, along_v] = self.sampled([12, n_v]);
-        // The normal of a flat turn stays, and its circles are round all the same.
+        // If the surface is a flat disc, its normal does not change, but its circles must still be divided.
         let widest = (0..=n_v)
             .map(|i| {
                 let [x, y, _] = axis.local(curve.point(self.at(1, i, n_v)));
@@ -104,12 +105,13 @@ impl Region<'_> {
         if many == few {
             return coarse;
         }
-        // A point where it turns sharply does not make all steps of a long surface short.
+        // A sharp bend at one point must not make all steps of a long surface short. So the finer samples count with their total
+        // only.
         let total = Needs::of(self, many).total.map(whole);
         [coarse[0].max(total[0]), coarse[1].max(total[1])]
     }
 
-    /// Steps by the turn of the normal and the sag along both families of parameter lines, at so many samples.
+    /// The number of steps along u and v, from the rotation of the normal and the sag between `n_u` times `n_v` samples.
     fn sampled(self, [n_u, n_v]: [usize; 2]) -> [usize; 2] {
         let [need_u, need_v] = Needs::of(self, [n_u, n_v]).most;
         [whole(need_u * n_u as f64), whole(need_v * n_v as f64)]
@@ -123,12 +125,12 @@ impl Region<'_> {
 }
 
 fn whole(steps: f64) -> usize {
-    // A step that ends an ulp short of the boundary is no reason for another.
+    // If the last step ends short of the boundary by a rounding error, no further step is needed.
     ((steps - 1e-9).ceil().max(1.0) as usize).min(MAX_STEPS)
 }
 
-/// Samples along u and v of a spline with so many spans. What is long and thin, a spring's wire, needs more along it: between
-/// two samples its normal must not turn so far that it seems to turn back.
+/// The number of samples along u and v of a spline with the given number of spans. A long thin surface, such as the wire of a
+/// spring, needs more samples along it: if the normal rotates too far between two samples, it seems to rotate backwards.
 fn samples(spans: [usize; 2], few: [usize; 2]) -> [usize; 2] {
     [0, 1].map(|axis| {
         (2 * spans[axis])
@@ -146,9 +148,9 @@ fn curve_samples(curve: &Curve, [low, high]: [f64; 2]) -> usize {
 
 /// The steps that a surface needs along u and along v.
 struct Needs {
-    /// Of the sampled interval that needs most.
+    /// For the sampled interval that needs most.
     most: [f64; 2],
-    /// Of all intervals of the parameter line that needs most.
+    /// For all intervals of the parameter line that needs most.
     total: [f64; 2],
 }
 
@@ -186,7 +188,7 @@ impl Needs {
     }
 }
 
-/// How many steps one sampled interval needs, as a fraction.
+/// The number of steps that one sampled interval needs. It need not be an integer.
 fn need(
     a: (Point, Option<Point>),
     b: (Point, Option<Point>),
@@ -197,7 +199,7 @@ fn need(
         return 0.0;
     };
     let reach = subtract(b.0, a.0);
-    // What turns within a hundredth of the tolerance cannot be seen.
+    // An interval much shorter than the chord tolerance cannot be seen.
     if dot(reach, reach) < (0.05 * tolerance.chord) * (0.05 * tolerance.chord) {
         return 0.0;
     }

@@ -1,10 +1,11 @@
-//! Finds the strips of the parameter plane between the sides of a boundary and the true curves: the region that the triangles of a
-//! face lack, or have too much (such a strip counts as negative).
+//! Finds the strips of the parameter plane between the sides of a boundary and the true curves. The triangles of a face do not
+//! cover such a strip, or cover it although it is outside the face. In the second case the strip counts as negative.
 //!
 //! On planes, cylinders, cones, spheres and tori, parameters are uniform, and the curve's directions at both ends of a side
-//! determine its course between them. On other surfaces, parameters may be slow at one point and fast at another: even a straight
-//! edge may be strongly bent in the parameter plane, and the strip along its chord may be as large as the face. There the middle of
-//! the curve is projected onto the surface, then the middles of both halves, until a cubic follows the rest.
+//! determine its course between them. On other surfaces, parameters may be slow at one point and fast at another. Even a straight
+//! edge may be strongly bent in the parameter plane, and the strip along its chord may be as large as the face. On these surfaces
+//! the middle of the curve is projected onto the surface, then the middles of both halves, and so on, until a cubic follows each
+//! piece.
 
 use super::quadrature::{Breaks, UvTriangle, signed_area};
 use super::triangulated::{ChartTriangulation, Node, Side};
@@ -13,37 +14,39 @@ use crate::geometry::{Curve, Frame, Projection, Projector, Surface};
 use crate::model::BrepEdge;
 use partprobe_shape::{Point, cross, distance, dot, norm, subtract};
 
-/// How far inside a piece of curve its directions are taken, as a fraction of it: at its ends it may have corners.
+/// The directions of a piece of curve are taken at this fraction of it inside its ends, because the curve may have corners at the
+/// ends.
 const INSIDE: f64 = 1e-7;
-/// Most halvings of a side. Beside a point where the parameters degenerate each leaves a quarter of the area in doubt.
+/// The largest number of times that a side is halved. Near a point where the parameters degenerate, each halving leaves a quarter
+/// of the area uncertain.
 const MAX_DEPTH: u32 = 12;
-/// Most points of one side that are looked up.
+/// The largest number of points of one side that are projected.
 const MAX_LOOKED_UP: usize = 256;
-/// A side over several knots is halved so often, whatever its middle says.
+/// A side over several knots is halved at least this many times.
 const KNOT_DEPTH: u32 = 2;
 /// A chord that changes a parameter by no more than this fraction of its extent is a parameter line.
 const ALONG: f64 = 1e-6;
-/// A point of a curve farther from the surface than this fraction of the side says nothing about the strip.
+/// A point of a curve that is farther from the surface than this fraction of the side is not used for the strip.
 const BESIDE: f64 = 0.1;
-/// A point that is nearer to the surface than this fraction of the side is found.
+/// A projection succeeds if the point is nearer to the surface than this fraction of the side.
 const FOUND: f64 = 1e-3;
 /// Two searches end at the same point if their distances differ by no more than this fraction.
 const SAME: f64 = 1e-6;
-/// Where between the ends of a piece its middle is searched from, if the first search fails.
+/// If the first search for the middle of a piece fails, it starts again at these fractions between the ends of the piece.
 const STARTS: [f64; 4] = [0.8, 0.2, 0.97, 0.03];
-/// The fraction of a face by which all its strips together may be wrong, on the safe side.
+/// All strips of a face together may be wrong by this fraction of the face's area. This is a cautious estimate.
 const TOLERANCE: f64 = 1e-5;
-/// What Simpson's rule adds for the middle is itself right to a fifth of it, at the least.
+/// The correction that Simpson's rule adds for the middle is itself accurate to at least a fifth of its value.
 const CORRECTED: f64 = 5.0;
 
 /// The strips of a face.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Strips {
-    /// Triangles of the parameter plane, counter-clockwise where they are missing.
+    /// Triangles of the parameter plane. They are counter-clockwise where the mesh lacks them.
     pub(super) triangles: Vec<UvTriangle>,
-    /// What lies between their far sides and the curves.
+    /// The pieces between the far sides of these triangles and the curves.
     pub(super) bows: Vec<Bow>,
-    /// Signed square millimeters in `bows` and about as many in `triangles` that belong to curved edges.
+    /// The signed area of the strips at curved edges, in square millimeters. The area of `triangles` is approximate.
     pub(super) beside_curves: f64,
 }
 
@@ -52,9 +55,9 @@ pub(super) struct Strips {
 pub(super) struct Bow {
     /// Signed area in square millimeters.
     pub(super) area: f64,
-    /// A point of it.
+    /// A point of the piece.
     pub(super) point: Point,
-    /// The surface's normal there, of any length.
+    /// The surface's normal at this point, of any length.
     pub(super) normal: Point,
 }
 
@@ -82,7 +85,8 @@ pub(super) fn is_free(surface: &Surface) -> bool {
     }
 }
 
-/// The strips of all sides; `breaks` are the surface's knots and `area` about the face's area, both for free surfaces only.
+/// The strips of all sides. `breaks` are the surface's knots, and `area` is the approximate area of the face. Both are used for
+/// free surfaces only.
 pub(super) fn strips(
     projector: &Projector<'_>,
     mesh: &ChartTriangulation,
@@ -127,8 +131,8 @@ fn bow_at(node: &Node, area: f64) -> Bow {
     }
 }
 
-/// The signed area beside a side where parameters run evenly; positive where the curve lies on the right of the side, as
-/// the parameter plane is mirrored.
+/// The signed area between a side and its curve on a surface with uniform parameters. It is positive where the curve lies on the
+/// right of the side, because the parameter plane is mirrored.
 fn even_bow(surface: &Surface, mesh: &ChartTriangulation, side: &Side, curve: &Curve) -> f64 {
     match (surface, curve) {
         (
@@ -149,7 +153,7 @@ fn even_bow(surface: &Surface, mesh: &ChartTriangulation, side: &Side, curve: &C
             };
             let area = area * 0.5 * (from.density() + to.density());
             let length = distance(from.point, to.point);
-            // A bow as large as the square over its side is a wrong turn and not a piece of the face.
+            // If a bow is larger than the square over its side, the cubic is wrong, and the bow is not a piece of the face.
             if area.abs() <= length * length {
                 area
             } else {
@@ -159,7 +163,7 @@ fn even_bow(surface: &Surface, mesh: &ChartTriangulation, side: &Side, curve: &C
     }
 }
 
-/// Between an arc of an ellipse and its chord.
+/// The signed area between an arc of an ellipse and its chord.
 fn ellipse_segment(plane: &Frame, frame: &Frame, product_of_radii: f64, turn: f64) -> f64 {
     let hand = dot(frame.z, plane.z).signum();
     0.5 * hand * product_of_radii * (turn - libm::sin(turn))
@@ -172,7 +176,7 @@ struct CurvePoint {
     t: f64,
     uv: [f64; 2],
     point: Point,
-    /// ∂u and ∂v; null at a pole.
+    /// ∂u and ∂v. One of them is zero at a pole.
     tangents: [Point; 2],
 }
 
@@ -182,7 +186,7 @@ impl CurvePoint {
     }
 }
 
-/// Both ends of a side, in one sheet of the parameter plane.
+/// Both ends of a side, in the same period of the parameter plane.
 fn ends_of(surface: &Surface, mesh: &ChartTriangulation, side: &Side) -> (CurvePoint, CurvePoint) {
     let curve_point = |node: &Node, t: f64| CurvePoint {
         t,
@@ -203,7 +207,7 @@ struct Cubic {
     chord: [f64; 2],
     leaving: [f64; 2],
     arriving: [f64; 2],
-    /// Both directions are the curve's: at a pole none is known.
+    /// Whether both directions are those of the curve. At a pole the direction is unknown.
     is_known: bool,
 }
 
@@ -219,7 +223,7 @@ impl Cubic {
         };
         let leaving = in_parameters(from.tangents, direction(INSIDE));
         let arriving = in_parameters(to.tangents, direction(1.0 - INSIDE));
-        // Where no direction is known a parabola needs only one.
+        // If only one direction is known, the curve is a parabola, which needs only one.
         let opposite = |known: [f64; 2]| [2.0 * chord[0] - known[0], 2.0 * chord[1] - known[1]];
         let ([leaving, arriving], is_known) = match (leaving, arriving) {
             (Some(leaving), Some(arriving)) => ([leaving, arriving], true),
@@ -253,14 +257,15 @@ impl Cubic {
             - cross_2d(leaving, arriving) / 30.0)
     }
 
-    /// How much of an S it is: of an arc both directions turn away from the chord by opposite areas.
+    /// How far the cubic is bent like an S. For an arc, the two directions deviate from the chord by opposite areas, so the
+    /// result is zero.
     fn sway(&self) -> f64 {
         (cross_2d(self.chord, self.leaving) + cross_2d(self.chord, self.arriving)).abs() / 12.0
     }
 }
 
-/// How far from the cubic's middle that of the curve lies, in the parameter plane. Two thirds of it, times the chord,
-/// is what Simpson's rule adds. None for a conic, which bends evenly, and where the parameters degenerate.
+/// The offset of the curve's middle from the cubic's middle, in the parameter plane. Simpson's rule adds two thirds of its
+/// product with the chord. Returns `None` for a line or a conic, which bend evenly, and where the parameters degenerate.
 fn offset_of_middle(
     surface: &Surface,
     curve: &Curve,
@@ -282,7 +287,7 @@ fn offset_of_middle(
     in_parameters([du, dv], subtract(middle, foot))
 }
 
-/// A direction of space as a direction of the parameter plane; `None` if the parameters degenerate.
+/// A direction in space as a direction in the parameter plane. Returns `None` if the parameters degenerate.
 fn in_parameters([du, dv]: [Point; 2], direction: Point) -> Option<[f64; 2]> {
     let (a, b, c) = (dot(du, du), dot(du, dv), dot(dv, dv));
     let determinant = a * c - b * b;
@@ -297,11 +302,11 @@ fn cross_2d(a: [f64; 2], b: [f64; 2]) -> f64 {
     a[0] * b[1] - a[1] * b[0]
 }
 
-/// What is known of the strip beside one piece of a curve.
+/// The result for the strip at one piece of a curve.
 enum StripGuess {
-    /// A cubic follows the curve well enough; the signed area between it and the chord.
+    /// A cubic follows the curve well enough. The value is the signed area between the cubic and the chord.
     Followed(f64),
-    /// The middle must be looked up; a guess of its parameters.
+    /// The middle must be projected. The value is a guess of its parameters.
     Unknown([f64; 2]),
 }
 
@@ -362,7 +367,7 @@ fn follow(
     }
 }
 
-/// The lines along which an extrusion is extruded are straight in the parameter plane.
+/// Whether the curve is a line along which an extrusion is extruded. Such a line is straight in the parameter plane.
 fn is_ruling(surface: &Surface, curve: &Curve) -> bool {
     let (
         Surface::Extrusion {
@@ -376,7 +381,7 @@ fn is_ruling(surface: &Surface, curve: &Curve) -> bool {
     norm(cross(*along, *direction)) <= 1e-12 * norm(*along) * norm(*direction)
 }
 
-/// Whether a cubic follows the curve between two points.
+/// Decides whether a cubic follows the curve between two points.
 fn judged(
     surface: &Surface,
     curve: &Curve,
@@ -388,7 +393,7 @@ fn judged(
     let cubic = Cubic::between(curve, from, to);
     let middle = cubic.middle(from.uv);
     let half_way = [0, 1].map(|axis| from.uv[axis] + 0.5 * cubic.chord[axis]);
-    // Where parameters nearly degenerate the cubic may go anywhere.
+    // Where the parameters nearly degenerate, the cubic may be far from the curve.
     let strays = (0..2).any(|axis| (middle[axis] - half_way[axis]).abs() > cubic.chord[axis].abs());
     let guess = if strays { half_way } else { middle };
     let (foot, du, dv) = surface.derivatives(middle[0], middle[1]);
@@ -399,7 +404,7 @@ fn judged(
     let densities = [from.density(), norm(cross(du, dv)), to.density()];
     let [before, here, after] = densities;
     let highest = before.max(here).max(after);
-    // The shape that the middle's offset has between the ends: a quartic where the directions are right, or a parabola.
+    // The offset has the shape of a quartic between the ends if the directions are known, or else of a parabola.
     let share = if cubic.is_known {
         8.0 / 15.0
     } else {
@@ -424,7 +429,7 @@ fn judged(
     StripGuess::Followed(bow * (0.1 * before + 0.8 * here + 0.1 * after))
 }
 
-/// Whether a chord that is not a parameter line leads over more than one knot of a parameter.
+/// Whether a chord that is not a parameter line crosses more than one knot of a parameter.
 fn runs_over_knots(surface: &Surface, from: [f64; 2], chord: [f64; 2], breaks: &Breaks) -> bool {
     let extent = surface.extent();
     let runs = |axis: usize| chord[axis].abs() > ALONG * extent[axis];
@@ -439,9 +444,9 @@ fn runs_over_knots(surface: &Surface, from: [f64; 2], chord: [f64; 2], breaks: &
     runs(0) && runs(1) && (count(0) > 1 || count(1) > 1)
 }
 
-/// The middle of a piece of curve on the surface; `None` if the curve does not lie on the surface there.
+/// The middle of a piece of curve on the surface. Returns `None` if the curve does not lie on the surface there.
 ///
-/// Where a tangent vanishes a search stands still: then it starts again from other points between the ends.
+/// A search stops where a tangent vanishes. Then it starts again from other points between the ends.
 fn looked_up(
     projector: &Projector<'_>,
     curve: &Curve,
@@ -456,7 +461,7 @@ fn looked_up(
     let mut best: Option<Projection> = None;
     for seed in std::iter::once(seed).chain(STARTS.map(on_the_way)) {
         let found = projector.project(point, Some(seed));
-        // A curve that lies beside its surface is never found, and two searches that agree say so.
+        // If two searches end at the same distance, the curve does not lie on its surface.
         let is_same =
             best.is_some_and(|best| (found.distance - best.distance).abs() <= SAME * best.distance);
         if best.is_none_or(|best| found.distance < best.distance) {

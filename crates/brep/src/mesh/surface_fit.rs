@@ -1,8 +1,8 @@
 //! Measures how well the triangles of a face follow its surface: the area of the trimmed surface, the fraction of the triangles
-//! that leave its normal, and the volume between the two.
+//! that deviate from its normal, and the volume between the two.
 //!
 //! The area is an integral over the parameter plane: over the triangles, and over the strips between the chords of the boundary
-//! and its true curves. The area of the mesh is not used: at 0.3 rad a disc loses 1.5 %.
+//! and its true curves. The area of the triangles is not used instead: at 0.3 rad, the triangles of a disc lose 1.5 %.
 
 use super::chart::Chart;
 use super::quadrature::{
@@ -14,42 +14,47 @@ use super::unwrap::near;
 use crate::geometry::Surface;
 use partprobe_shape::{Point, cross, dot, norm, subtract};
 
-/// Cosine of the angle by which a triangle may leave the surface's normal.
+/// Cosine of the angle by which a triangle may deviate from the surface's normal.
 const ROUGH_COSINE: f64 = 0.88;
-/// Quarterings of a triangle over which the stretch of an elementary surface varies.
+/// The largest number of times that a triangle is quartered if the stretch of an elementary surface varies over it.
 const MAX_DEPTH: u32 = 4;
-/// A triangle whose middle is stretched so much more or less than its corners is looked at more closely.
+/// If the stretch in the middle of a triangle differs by more than this fraction from the corners, the triangle is integrated
+/// more accurately.
 const VARIES: f64 = 0.02;
 /// The same on a free surface whose stretch varies much over the face.
 const HARDLY_VARIES: f64 = 0.003;
-/// So is one over which the stretch of a free surface grows by more than this fraction, even where it grows evenly.
+/// A triangle is also integrated more accurately if the stretch of a free surface grows over it by more than this fraction, even
+/// if it grows evenly.
 const GROWS: f64 = 0.5;
-/// A face of a free surface with fewer triangles, or vertices inside, has each triangle looked at.
+/// If a face of a free surface has fewer triangles, or fewer vertices inside, each triangle may be integrated more accurately.
 const FEW: usize = 8;
-/// So has one whose stretch varies by more than this factor, and by one more for so many triangles.
+/// The stretch of a face is uneven if it varies by more than this factor. The factor grows by one for each multiple of the second
+/// number of triangles.
 const UNEVEN: (f64, f64) = (1.5, 50.0);
-/// Where between two knots the stretch is probed along the middle of a face, and between how many at the most.
+/// The fractions between two knots at which the stretch is probed along the middle of a face, and the approximate number of knot
+/// spans that are probed.
 const PROBES: [f64; 3] = [0.13, 0.48, 0.81];
 const MOST_SPANS: usize = 6;
-/// By how much two rules may differ on a piece of a free surface, of which the finer one is far more exact: as a fraction of the
-/// piece, and as a fraction of the face over the root of its number of triangles.
+/// The largest difference between two rules on a piece of a free surface. The finer rule is far more accurate than this
+/// difference. The first value is a fraction of the piece. The second value is a fraction of the face, divided by the square root
+/// of its number of triangles.
 const EXACT: [f64; 2] = [1e-4, 1e-5];
-/// The first may be so many times as much in a face of that many triangles: their errors cancel.
+/// The first value is multiplied by up to this factor in a face with this number of triangles, because their errors cancel.
 const LOOSER: (f64, f64) = (30.0, 300.0);
-/// By how much the rule of the middle alone may differ from the next, where the stretch is even.
+/// The fraction by which the rule of the middle alone may differ from the next rule, if the stretch is even.
 const AT_A_GLANCE: f64 = 1e-3;
 
-/// How a face's triangles stand to its surface.
+/// The differences between the triangles of a face and its surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct SurfaceFit {
     /// The area of the trimmed surface, in square millimeters.
     pub(crate) area: f64,
-    /// The fraction of it that lies between the chords of curved edges and their curves.
+    /// The fraction of the area that lies between the chords of curved edges and their curves.
     pub(crate) in_slivers: f64,
-    /// The fraction of the mesh that leaves the surface's normal: Schwarz's lantern is all of it.
+    /// The fraction of the mesh that deviates from the surface's normal. For Schwarz's lantern it is the whole mesh.
     pub(crate) off_normal: f64,
-    /// The volume between the triangles and the surface, in cubic millimeters; positive where the surface lies on the side
-    /// of its normal.
+    /// The volume between the triangles and the surface, in cubic millimeters. It is positive where the surface lies on that side
+    /// of the triangles to which its normal points.
     pub(crate) between: f64,
 }
 
@@ -61,7 +66,7 @@ pub(super) struct Corner {
     density: f64,
 }
 
-/// Measures a face; `breaks` are its surface's knots and `about` is about its area, both for free surfaces only.
+/// Measures a face. `breaks` are its surface's knots, and `about` is its approximate area. Both are used for free surfaces only.
 pub(super) fn surface_fit(
     surface: &Surface,
     chart: Chart,
@@ -99,8 +104,8 @@ pub(super) fn surface_fit(
     let inner = side * area;
     let total =
         inner + side * (strips.area_of_bows() + strips.triangles.iter().map(in_strip).sum::<f64>());
-    // Boundaries that leave the surface make strips of any size: where the triangles alone are nearer to the mesh, they are
-    // nearer to the truth.
+    // If boundaries leave the surface, the strips may have any size. Then the integral without the strips is used if it is nearer
+    // to the area of the mesh.
     let is_plain = total > 0.01 * inner && total < 4.0 * inner;
     let area = if is_plain || (total - facets).abs() < (inner - facets).abs() {
         total
@@ -115,7 +120,7 @@ pub(super) fn surface_fit(
     }
 }
 
-/// What the triangles alone say; the area is signed as the chart is oriented.
+/// The measures of the triangles without the strips. The sign of the area is that of the chart's orientation.
 struct TrianglesFit {
     area: f64,
     off_normal: f64,
@@ -124,7 +129,7 @@ struct TrianglesFit {
     facets: f64,
 }
 
-/// Parameters of a plane are millimeters.
+/// The measures of a plane face. The parameters of a plane are in millimeters.
 fn plane_fit(mesh: &ChartTriangulation) -> TrianglesFit {
     let area: f64 = mesh
         .triangles
@@ -148,7 +153,7 @@ pub(super) fn area_of_facets(mesh: &ChartTriangulation) -> f64 {
     facets.sum()
 }
 
-/// How exact the area of a piece must be, in a face of about this area.
+/// The accuracy that the area of a piece must have. `area` is the approximate area of the face.
 fn exactness(mesh: &ChartTriangulation, stretch: Stretch, area: f64) -> Exactness {
     let (most, n_most) = LOOSER;
     let n = mesh.triangles.len();
@@ -163,7 +168,7 @@ fn exactness(mesh: &ChartTriangulation, stretch: Stretch, area: f64) -> Exactnes
     }
 }
 
-/// Whether the stretch at the nodes and along the middle of the face says that hardly more happens between them.
+/// Whether the stretch is even. It is probed at the nodes and along the middle of the face.
 fn is_evenly_stretched(surface: &Surface, mesh: &ChartTriangulation, breaks: &Breaks) -> bool {
     let densities = mesh
         .nodes
@@ -203,7 +208,7 @@ fn is_evenly_stretched(surface: &Surface, mesh: &ChartTriangulation, breaks: &Br
     high <= most * low
 }
 
-/// Goes over the triangles of a curved surface.
+/// Measures the triangles of a curved surface.
 fn triangles_fit(
     surface: &Surface,
     chart: Chart,
@@ -259,21 +264,21 @@ fn triangles_fit(
     }
 }
 
-/// What is known of a free surface over a whole face.
+/// Properties of a free surface over a whole face.
 #[derive(Clone, Copy, Debug)]
 struct Stretch {
-    /// There are enough vertices inside.
+    /// Whether there are enough vertices inside.
     is_divided: bool,
-    /// The stretch hardly varies.
+    /// Whether the stretch hardly varies.
     is_even: bool,
-    /// It has kinks, or so few triangles that each is looked at.
+    /// Whether the surface has kinks, or so few triangles that each of them is integrated accurately.
     is_delicate: bool,
 }
 
 fn stretch_of(surface: &Surface, mesh: &ChartTriangulation, breaks: &Breaks) -> Stretch {
     let is_divided = is_divided(mesh);
     let is_delicate = breaks.has_kinks || mesh.triangles.len() < FEW;
-    // Nobody asks it of other faces, and it takes as long as a few triangles.
+    // The value is not used for other faces, and computing it takes as long as a few triangles.
     let matters = is_divided || !is_delicate;
     Stretch {
         is_divided,
@@ -282,7 +287,8 @@ fn stretch_of(surface: &Surface, mesh: &ChartTriangulation, breaks: &Breaks) -> 
     }
 }
 
-/// What the triangles of a free surface must keep to count as plain; `None` if each triangle is looked at.
+/// The limits within which the triangles of a free surface count as plain. Returns `None` if each triangle is integrated
+/// accurately.
 fn plain(stretch: Stretch) -> Option<Plain> {
     match stretch {
         Stretch {
@@ -308,21 +314,21 @@ fn plain(stretch: Stretch) -> Option<Plain> {
     }
 }
 
-/// Triangles that reach from boundary to boundary may be as large as the face.
+/// Whether there are enough vertices inside. Triangles that reach from boundary to boundary may be as large as the face.
 fn is_divided(mesh: &ChartTriangulation) -> bool {
     mesh.nodes.len() >= mesh.n_bounding + FEW
 }
 
-/// What a triangle of a free surface must keep to count as plain.
+/// The limits within which a triangle of a free surface counts as plain.
 #[derive(Clone, Copy, Debug)]
 struct Plain {
-    /// How much more or less its middle may be stretched than its corners.
+    /// The fraction by which the stretch in its middle may differ from that at its corners.
     varies: f64,
-    /// How many knots of each parameter it may reach over.
+    /// The number of knots of each parameter that it may reach over.
     n_knots: usize,
 }
 
-/// Whether the stretch of a free surface hardly varies over a triangle, as far as its corners, its middle and the knots say.
+/// Whether the stretch of a free surface hardly varies over a triangle, judging by its corners, its middle and the knots.
 fn is_plain(corners: [Corner; 3], middle: f64, breaks: &Breaks, plain: Option<Plain>) -> bool {
     let Some(Plain { varies, n_knots }) = plain else {
         return false;
@@ -337,15 +343,15 @@ fn is_plain(corners: [Corner; 3], middle: f64, breaks: &Breaks, plain: Option<Pl
             .all(|&n| n <= n_knots)
 }
 
-/// The volume between a triangle and the paraboloid over it that passes through its corners and, above its middle, through
-/// `foot`: three quarters of the height there, times the triangle's area. `facet` is twice that area, as a vector.
+/// The volume between a triangle and the paraboloid that passes through its corners and through `foot`, which lies above its
+/// middle. It is three quarters of the height of `foot` times the triangle's area. `facet` is twice that area, as a vector.
 fn volume_below(foot: Point, [a, b, c]: [Point; 3], facet: Point) -> f64 {
     let to_middle = [0, 1, 2].map(|axis| foot[axis] - (a[axis] + b[axis] + c[axis]) / 3.0);
     0.375 * dot(to_middle, facet)
 }
 
-/// The corners in one sheet of the parameter plane. Beside a pole a triangle is a trapezoid there: a second
-/// triangle makes it up.
+/// The corners in the same period of the parameter plane. At a pole, a triangle is a trapezoid in the parameter plane, so a
+/// second triangle completes it.
 pub(super) fn unwrapped(chart: Chart, nodes: [&Node; 3]) -> ([Corner; 3], Option<[Corner; 3]>) {
     let corner = |node: &Node| {
         let [du, dv] = node.tangents;
@@ -387,8 +393,8 @@ pub(super) fn unwrapped(chart: Chart, nodes: [&Node; 3]) -> ([Corner; 3], Option
     ([at_pole(c), b, c], Some([at_pole(c), at_pole(b), b]))
 }
 
-/// The integral of an elementary surface's density over a triangle: a rule that is exact for squares, on quarters where it
-/// varies much.
+/// The integral of an elementary surface's density over a triangle. The rule is exact for degree two. It is applied to the
+/// quarters if the density varies much.
 fn even_integral(surface: &Surface, corners: [Corner; 3], middle: f64) -> f64 {
     if is_even(corners, middle) {
         return rule(corners, middle);

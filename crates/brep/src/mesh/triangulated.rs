@@ -14,7 +14,7 @@ pub(crate) struct Node {
     pub(crate) uv: [f64; 2],
     /// Point in space.
     pub(crate) point: Point,
-    /// ∂u and ∂v there.
+    /// ∂u and ∂v at this point.
     pub(crate) tangents: [Point; 2],
 }
 
@@ -31,7 +31,7 @@ impl Node {
     }
 }
 
-/// A side of the boundary that stands for a piece of curve.
+/// A side of the boundary that replaces a piece of curve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Side {
     /// Node where it begins.
@@ -40,7 +40,7 @@ pub(crate) struct Side {
     pub(crate) to: usize,
     /// The piece of curve.
     pub(crate) segment: Segment,
-    /// 1 where the face lies on its left in the chart, −1 where it lies on its right.
+    /// 1 if the face lies on its left in the chart, −1 if it lies on its right.
     pub(crate) side: f64,
 }
 
@@ -49,19 +49,20 @@ pub(crate) struct Side {
 pub(crate) struct ChartTriangulation {
     /// Vertices, those of the boundary first.
     pub(crate) nodes: Vec<Node>,
-    /// How many of them bound the face.
+    /// The number of vertices on the boundary.
     pub(crate) n_bounding: usize,
     /// Triangles, counter-clockwise in the chart.
     pub(crate) triangles: Vec<[u32; 3]>,
-    /// The boundary's sides that have the face on exactly one of theirs.
+    /// The sides of the boundary that have the face on exactly one side.
     pub(crate) sides: Vec<Side>,
-    /// Some boundaries cross.
+    /// Whether some boundaries cross.
     pub(crate) has_crossings: bool,
-    /// The triangles' border may not be the boundary even where each of its sides is there.
+    /// Whether the border of the triangles may differ from the boundary although each side of the boundary is an edge of a
+    /// triangle.
     pub(crate) is_ragged: bool,
 }
 
-/// The sides of all loops, with `lies` telling on which hand the face is.
+/// The sides of all loops. `lies` returns on which side of each of them the face lies.
 pub(super) fn boundary_sides(layout: &Layout, lies: impl Fn(usize, usize) -> f64) -> Vec<Side> {
     let mut sides = Vec::new();
     let mut first = 0;
@@ -87,7 +88,7 @@ pub(super) fn boundary_sides(layout: &Layout, lies: impl Fn(usize, usize) -> f64
     sides
 }
 
-/// A point without numbers whose squares vanish: the triangulation refuses them.
+/// A point whose tiny coordinates are set to zero. The triangulation refuses numbers whose squares vanish.
 pub(super) fn settled(point: [f64; 2]) -> [f64; 2] {
     point.map(|x| if x.abs() < 1e-40 { 0.0 } else { x })
 }

@@ -2,7 +2,7 @@
 //! needs.
 //!
 //! Plain boundaries are left to `plain`. The crate `spade` triangulates the others. The even–odd rule decides which triangles are
-//! inside. Boundaries that cross are not an error: sides that cannot be kept are left out, and the result says so.
+//! inside. Boundaries that cross are not an error: sides that cannot be kept are left out, and `has_crossings` is set.
 
 use super::bands::Bands;
 use super::grid::{Candidate, candidates, pole_node};
@@ -54,7 +54,7 @@ pub(crate) fn triangulate(surface: &Surface, layout: &Layout) -> Option<ChartTri
     plain_triangulation(surface, layout, &nodes).or_else(|| constrained(surface, layout, nodes))
 }
 
-/// The constrained Delaunay triangulation of the boundary's nodes and of those that the surface needs inside.
+/// The constrained Delaunay triangulation of the boundary's nodes and of the nodes that the surface needs inside.
 fn constrained(
     surface: &Surface,
     layout: &Layout,
@@ -96,7 +96,7 @@ fn inner_triangles(cdt: &Cdt, inside: &[bool]) -> Vec<[u32; 3]> {
         .collect()
 }
 
-/// On which hand of a side the face lies: 1 for left, -1 for right, 0 for both or neither.
+/// On which side of a boundary side the face lies: 1 for left, -1 for right, 0 for both or neither.
 fn hand_of_face(cdt: &Cdt, inside: &[bool], from: FixedVertexHandle, to: FixedVertexHandle) -> f64 {
     let Some(edge) = cdt.get_edge_from_neighbors(from, to) else {
         return 0.0;
@@ -108,7 +108,7 @@ fn hand_of_face(cdt: &Cdt, inside: &[bool], from: FixedVertexHandle, to: FixedVe
     f64::from(i8::from(is_inside(edge)) - i8::from(is_inside(edge.rev())))
 }
 
-/// Whether boundary nodes that lie apart in space have one point in the chart.
+/// Whether boundary nodes with different points in space have the same point in the chart.
 fn falls_together(cdt: &Cdt, nodes: &[Node], handles: &[FixedVertexHandle]) -> bool {
     let kept = |handle: &FixedVertexHandle| nodes[cdt.vertex(*handle).data().node as usize].point;
     handles
@@ -145,8 +145,8 @@ fn polygons(layout: &Layout) -> Vec<Vec<[f64; 2]>> {
     layout.loops.iter().map(polygon).collect()
 }
 
-/// Convex triangles and quadrilaterals of a plane, which most faces of machined parts are, need no search.
-/// Returns the triangles and the hand on which the face lies.
+/// Triangulates a convex triangle or quadrilateral of a plane without a search. Most faces of machined parts are of this kind.
+/// Returns the triangles, and on which side of its boundary the face lies.
 fn convex(surface: &Surface, layout: &Layout, nodes: &[Node]) -> Option<(Vec<[u32; 3]>, f64)> {
     let n = nodes.len();
     if !matches!(surface, Surface::Plane(_)) || layout.loops.len() != 1 || !(3..=4).contains(&n) {
@@ -178,10 +178,10 @@ fn chart_vertex([x, y]: [f64; 2], node: usize) -> ChartVertex {
     }
 }
 
-/// Inserts the boundary; of nodes at one point the first is kept.
+/// Inserts the boundary. If several nodes are at one point, the first one is kept.
 ///
-/// Each loop is inserted coarse to fine: every point halves a gap. In the order of the walk each point of a strip's second
-/// side would turn all triangles of its first, and a strip of a thousand points cost their square.
+/// Each loop is inserted from coarse to fine: every point halves a gap. In the order of the walk, each point on the second side
+/// of a strip would flip all triangles of the first side, and the cost would grow with the square of the number of points.
 fn insert_boundary(
     cdt: &mut Cdt,
     nodes: &[Node],
@@ -218,7 +218,7 @@ fn insert_boundary(
     Some(handles)
 }
 
-/// The numbers below `n`, each with a smaller one that came before: 0, then the middle, then the quarters.
+/// The numbers below `n`: 0, then the middle, then the quarters, and so on. Each comes with a smaller number that came before it.
 fn coarse_to_fine(n: usize) -> impl Iterator<Item = (usize, usize)> {
     let strides = std::iter::successors(Some(n.next_power_of_two() / 2), |stride| Some(stride / 2));
     let odd = strides.take_while(|&stride| stride > 0);
@@ -229,7 +229,7 @@ fn coarse_to_fine(n: usize) -> impl Iterator<Item = (usize, usize)> {
     }))
 }
 
-/// Makes the boundary's sides edges of the triangulation; whether some of them could not be.
+/// Makes the boundary's sides edges of the triangulation. Returns whether this failed for some of them.
 fn constrain(cdt: &mut Cdt, layout: &Layout, handles: &[FixedVertexHandle]) -> bool {
     let mut has_crossings = false;
     let mut first = 0;
@@ -255,10 +255,10 @@ fn constrain(cdt: &mut Cdt, layout: &Layout, handles: &[FixedVertexHandle]) -> b
     has_crossings
 }
 
-/// For each triangle whether it belongs to the face.
+/// For each triangle, whether it belongs to the face.
 ///
-/// Every odd boundary that is crossed on the way from outside changes the answer, so no rounding can. Where
-/// boundaries cross each other each triangle is tested alone, because their missing sides leak.
+/// The triangles are visited from outside. The answer changes at every side with an odd number of walks, so rounding has no
+/// influence. If boundaries cross each other, some of their sides are missing, and each triangle is tested alone.
 fn inside_flags(cdt: &Cdt, polygons: &[Vec<[f64; 2]>], has_crossings: bool) -> Vec<bool> {
     let mut inside: Vec<Option<bool>> = vec![None; cdt.num_all_faces()];
     if has_crossings {
@@ -282,7 +282,7 @@ fn inside_flags(cdt: &Cdt, polygons: &[Vec<[f64; 2]>], has_crossings: bool) -> V
     inside.into_iter().map(|flag| flag == Some(true)).collect()
 }
 
-/// Answers for the triangle behind an edge, coming from a point that is inside or not.
+/// Decides whether the triangle behind an edge is inside. `from` says whether the triangle in front of the edge is inside.
 fn enter(
     edge: ChartEdge<'_>,
     from: bool,
@@ -299,7 +299,7 @@ fn enter(
     }
 }
 
-/// The vertices inside the face: a grid as dense as the surface needs, away from the boundary.
+/// The vertices inside the face. They form a grid that is as dense as the surface needs and keeps away from the boundary.
 fn interior_nodes(surface: &Surface, layout: &Layout, cdt: &Cdt, inside: &[bool]) -> Vec<Node> {
     let mut nodes: Vec<Node> = pole_node(surface, layout).into_iter().collect();
     let mut hint = None;

@@ -1,8 +1,8 @@
 //! Compares the two areas of a face, and gives a warning if they disagree.
 //!
-//! One area is the integral over the surface inside the true boundary, the other is that of the triangles. Chords explain a small
-//! difference. A large difference means that a boundary crosses itself, or that the surface and the edges in the file do not fit
-//! together.
+//! One area is the integral over the surface inside the true boundary. The other is the total area of the triangles. Chords
+//! explain a small difference. A large difference means that a boundary crosses itself, or that the surface and the edges in the
+//! file do not fit together.
 
 use super::face_mesh::FaceMesh;
 use partprobe_shape::distance;
@@ -10,10 +10,10 @@ use partprobe_shape::distance;
 /// The fraction of a face by which its areas may differ.
 const MOST_DIFFERENCE: f64 = 0.15;
 
-/// What its user should know about a face whose areas disagree by more than 15 %, and by more than a strip along its border
-/// that is as wide as the chord tolerance (in millimeters).
+/// Returns a message about a face if its areas differ by more than 15 %, and by more than a strip along its border that is as
+/// wide as the chord tolerance (in millimeters).
 ///
-/// A quadrature that gave no area at all is named as well: then the face has the area of its triangles.
+/// There is also a message if the quadrature gave an impossible area. Then the face has the area of its triangles.
 pub(super) fn disagreement(mesh: &FaceMesh, chord_mm: f64) -> Option<String> {
     if let Some(impossible) = mesh.impossible_area {
         return Some(format!(
@@ -36,7 +36,7 @@ pub(super) fn disagreement(mesh: &FaceMesh, chord_mm: f64) -> Option<String> {
     })
 }
 
-/// The length of the sides that one triangle has alone, in millimeters.
+/// The total length of the sides that only one triangle has, in millimeters.
 fn border(mesh: &FaceMesh) -> f64 {
     let sides = mesh
         .triangles
@@ -55,7 +55,7 @@ fn border(mesh: &FaceMesh) -> f64 {
         .sum()
 }
 
-/// An area with four figures.
+/// An area with four significant digits or decimals, as text.
 fn in_figures(area: f64) -> String {
     if (0.001..1e6).contains(&area) {
         format!("{area:.4}")
@@ -68,7 +68,7 @@ fn in_figures(area: f64) -> String {
 mod tests {
     use super::*;
 
-    /// A strip of two triangles, 10 mm long, whose surface is said to have `area`.
+    /// A strip of two triangles, 10 mm long. The area of its surface is set to `area`.
     #[track_caller]
     fn check(width: f64, area: f64, chord_mm: f64, expected: bool) {
         let mesh = FaceMesh {

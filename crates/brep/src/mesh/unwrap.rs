@@ -6,7 +6,8 @@ use crate::geometry::{Projector, Surface};
 use partprobe_shape::{Point, distance, norm};
 use std::f64::consts::FRAC_PI_2;
 
-/// Where along a parameter line it is asked whether it is a single point; its ends may meet without that.
+/// The fractions of a parameter line that are compared to find whether the line is a single point. Its ends alone do not suffice,
+/// because they may meet on a closed line.
 const PROBES: [f64; 4] = [0.0, 0.31, 0.64, 1.0];
 
 /// A corner of a boundary polygon in the parameter plane.
@@ -16,9 +17,9 @@ pub(crate) struct UvPoint {
     pub(crate) uv: [f64; 2],
     /// The point in space.
     pub(crate) point: Point,
-    /// ∂u and ∂v there; null at a pole, where one of them vanishes.
+    /// ∂u and ∂v at this point. At a pole, one of them vanishes.
     pub(crate) tangents: [Point; 2],
-    /// The piece of curve that leads to the next corner; none along a pole.
+    /// The piece of curve that leads to the next corner, or `None` along a pole.
     pub(crate) segment: Option<Segment>,
 }
 
@@ -27,12 +28,12 @@ pub(crate) struct UvPoint {
 pub(crate) struct UvLoop {
     /// Corners in walking order.
     pub(crate) corners: Vec<UvPoint>,
-    /// How many periods of u and of v the walk ends away from its beginning.
+    /// The numbers of periods of u and of v between the beginning and the end of the walk.
     pub(crate) windings: [i32; 2],
 }
 
 impl UvLoop {
-    /// Whether the walk turns while it stays at a pole.
+    /// Whether a parameter of the walk changes while its point stays at a pole.
     pub(crate) fn goes_around_pole(&self) -> bool {
         let next = self.corners.iter().cycle().skip(1);
         let mut stays = self
@@ -44,21 +45,21 @@ impl UvLoop {
     }
 }
 
-/// What became of corners that lie beside their surface.
+/// The treatment of corners that lie off their surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Off {
-    /// They stay where they are.
+    /// They are kept where they are.
     Kept,
-    /// Those that are farthest away were moved onto the surface.
+    /// The farthest of them were moved onto the surface.
     Moved,
 }
 
-/// What unwrapping a polygon gives.
+/// The result of unwrapping a polygon.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct UnwrappedLoop {
     /// The polygon in the parameter plane.
     pub(crate) bound: UvLoop,
-    /// What became of corners that lie too far beside the surface, if there are any.
+    /// The treatment of corners that lie too far off the surface, if there are any.
     pub(crate) off_surface: Option<Off>,
 }
 
@@ -67,12 +68,12 @@ pub(crate) struct UnwrappedLoop {
 struct Raw {
     uv: [f64; 2],
     tangents: [Point; 2],
-    /// The parameter that says nothing here: u at a sphere's pole.
+    /// The parameter that is undetermined at this point, for example u at a sphere's pole.
     free: Option<usize>,
     corner: BoundaryPoint,
 }
 
-/// A walk's stay at a pole: where it came in, and the piece of curve by which it leaves.
+/// A visit of a walk at a pole: the point where it entered, and the piece of curve along which it leaves.
 #[derive(Clone, Copy)]
 struct PoleVisit {
     entry: UvPoint,
@@ -82,8 +83,8 @@ struct PoleVisit {
 
 /// Projects a polygon to the surface and unwraps its parameters.
 ///
-/// Returns `None` if every corner lies at a pole. `size` is the diagonal of the shape. Corners that lie far beside the surface are
-/// moved onto it, in the polygon as well.
+/// Returns `None` if every corner lies at a pole. `size` is the diagonal of the shape. Corners that lie far off the surface are
+/// moved onto it, in `polygon` as well.
 pub(crate) fn unwrap_loop(
     projector: &Projector<'_>,
     surface: &Surface,
@@ -117,9 +118,9 @@ struct Walk<'a> {
     /// The diagonal of the shape.
     size: f64,
     corners: Vec<UvPoint>,
-    /// Where the walk was last outside of a pole.
+    /// The last parameters of the walk outside of a pole.
     previous: [f64; 2],
-    /// The pole at which it stays.
+    /// The pole at which the walk currently is, if any.
     visit: Option<PoleVisit>,
 }
 
@@ -143,7 +144,8 @@ impl Walk<'_> {
         self.previous = here;
     }
 
-    /// Enters a pole on the meridian by which the walk came, or stays there. All values of `axis` are one point.
+    /// Enters a pole on the meridian along which the walk came, or stays at the pole. All values of the parameter `axis` give one
+    /// point.
     fn stay_at_pole(&mut self, corner: BoundaryPoint, mut here: [f64; 2], axis: usize) {
         here[axis] = self.previous[axis];
         here[1 - axis] = nearer_end(self.surface, here, self.previous, axis, self.size);
@@ -167,7 +169,7 @@ impl Walk<'_> {
         });
     }
 
-    /// Leaves a pole on the meridian on which the walk continues; the piece of curve begins there. Returns the next corner.
+    /// Leaves a pole on the meridian on which the walk continues. The piece of curve begins at the pole. Returns the next corner.
     fn leave_pole(&mut self, visit: PoleVisit, here: [f64; 2]) -> [f64; 2] {
         let PoleVisit {
             entry,
@@ -184,7 +186,7 @@ impl Walk<'_> {
         here
     }
 
-    /// The loop of a walk that is back at its first corner.
+    /// The loop of a walk that has returned to its first corner.
     fn closed(mut self) -> Option<UvLoop> {
         let end = self.corners.pop()?.uv;
         let start = self.corners.first()?.uv;
@@ -211,7 +213,7 @@ fn projected(
         let point = polygon[i].point;
         let mut found = projector.project_beside(point, seed);
         if found.distance > OFF_SHAPE * size {
-            // The search beside a neighbor may have ended in the wrong position.
+            // The search that started at a neighbor may have ended in the wrong position.
             let anywhere = projector.project(point, None);
             found = if anywhere.distance < found.distance {
                 anywhere
@@ -247,7 +249,7 @@ fn projected(
     (raw, off_surface)
 }
 
-/// The parameter that all values of give the same point at `uv`, if there is one; `du` and `dv` are the tangents there.
+/// The parameter whose values all give the same point at `uv`, if there is one. `du` and `dv` are the tangents at `uv`.
 pub(crate) fn free_parameter(
     surface: &Surface,
     uv: [f64; 2],
@@ -282,8 +284,8 @@ pub(crate) fn free_parameter(
     }
 }
 
-/// Whether all values of a parameter give one point. Where poles of a spline coincide its tangent vanishes, and the surface
-/// goes on all the same.
+/// Whether all values of a parameter give one point. A vanishing tangent does not suffice: it vanishes where control points of a
+/// spline coincide, but the surface continues there.
 fn is_one_point(surface: &Surface, uv: [f64; 2], axis: usize, size: f64) -> bool {
     let Some((low, high)) = surface.range()[axis].filter(|(low, high)| (high - low).is_finite())
     else {
@@ -302,8 +304,8 @@ fn is_one_point(surface: &Surface, uv: [f64; 2], axis: usize, size: f64) -> bool
         .all(|fraction| distance(at(low + fraction * (high - low)), here) <= 1e-6 * size)
 }
 
-/// The other parameter of a pole: exactly the end of its range that lies there, so that all visits are one point of the
-/// chart. Where both ends are one point, as on a horn torus, it is the end that the walk came along.
+/// The other parameter of a pole: exactly the end of its range at the pole, so that all visits have the same point in the chart.
+/// If both ends are the same point, as on a horn torus, it is the end from which the walk came.
 fn nearer_end(
     surface: &Surface,
     pole: [f64; 2],
@@ -337,12 +339,13 @@ fn nearer_end(
         .unwrap_or(pole[other])
 }
 
-/// `x` moved by whole periods to the neighborhood of `anchor`.
+/// `x`, moved by whole periods so that it is as near to `anchor` as possible.
 pub(crate) fn near(x: f64, anchor: f64, period: Option<f64>) -> f64 {
     period.map_or(x, |period| x + ((anchor - x) / period).round() * period)
 }
 
-/// The direction of the walk tells by which way round it turns at the pole: the face lies on its left.
+/// The parameters at which a walk leaves a pole. The face lies on its left, so the direction of the walk decides in which
+/// direction it passes around the pole.
 fn after_pole(entry: [f64; 2], exit: [f64; 2], axis: usize, period: Option<f64>) -> [f64; 2] {
     let Some(period) = period else { return exit };
     let other = 1 - axis;

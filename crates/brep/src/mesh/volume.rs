@@ -1,7 +1,7 @@
 //! Computes the volume of the cone between a face and a point, from the true surface.
 //!
-//! By the divergence theorem, the volume of a solid is a third of the integral of position · normal over its faces. So the cones of
-//! the faces of a closed solid add up to its true volume, whatever its triangles cut off.
+//! By the divergence theorem, the volume of a solid is a third of the integral of position · normal over its faces. So the cones
+//! of the faces of a closed solid add up to its true volume, even if its triangles cut some volume off.
 
 use super::chart::Chart;
 use super::quadrature::{Breaks, Exactness, UvTriangle, integral};
@@ -11,11 +11,12 @@ use super::triangulated::ChartTriangulation;
 use crate::geometry::Surface;
 use partprobe_shape::{Point, cross, distance, dot, norm, subtract};
 
-/// When the cone over a piece of a face is exact enough: as a fraction of it, and as a fraction of the face's area times its reach.
+/// The accuracy at which the cone over a piece of a face is accepted: as a fraction of its volume, and as a fraction of the
+/// face's area times its reach.
 const EXACT: [f64; 2] = [1e-5, 1e-8];
 
-/// The volume of the cone over a face with its apex at `origin`, in cubic millimeters; positive where the surface's
-/// normal points away from it. `breaks` are the surface's knots, and `area` is about the face's area.
+/// The volume of the cone over a face with its apex at `origin`, in cubic millimeters. It is positive where the surface's normal
+/// points away from the apex. `breaks` are the surface's knots, and `area` is the approximate area of the face.
 pub(super) fn cone_volume(
     surface: &Surface,
     chart: Chart,

@@ -1,6 +1,6 @@
 //! Finds the faces whose triangles change the volume of their solid too much.
 //!
-//! Chords are inside of a convex surface. At 0.3 rad a pin loses 1.5 % of its volume, but a plate with four holes loses hardly
+//! Chords lie inside a convex surface. At 0.3 rad a pin loses 1.5 % of its volume, but a plate with four holes loses hardly
 //! anything: an angle that is fine enough for the pin would triple the triangles of both. So the volume between each face's
 //! triangles and its surface is measured, and only the faces that matter most are meshed again.
 
@@ -16,13 +16,13 @@ const REMOVED: f64 = 0.5;
 /// The difference between a solid's volume and that of its triangles.
 #[derive(Clone, Debug, Default)]
 struct VolumeError {
-    /// Volume of the mesh; `None` if it is open.
+    /// Volume of the mesh, or `None` if it is open.
     volume: Option<f64>,
-    /// The curved faces and the volume that each cuts off: positive for a pin, negative for a hole.
+    /// The curved faces, and the volume that the triangles of each cut off. It is positive for a pin and negative for a hole.
     faces: Vec<(usize, f64)>,
 }
 
-/// For each face whether it should be meshed finer, because the triangles cut too much off its closed solid or add too much.
+/// For each face, whether it should be meshed finer because the triangles cut too much off its closed solid or add too much.
 pub(super) fn cutting_faces(
     brep: &Brep,
     meshes: &[Result<FaceMesh, FaceMeshError>],
@@ -39,14 +39,14 @@ pub(super) fn cutting_faces(
 }
 
 impl VolumeError {
-    /// The faces that cut off most, as few of them as must be meshed finer to keep the volume.
+    /// The faces that cut off most. They are as few as possible: those that must be meshed finer to keep the volume.
     fn worst_faces(mut self, volume_loss: f64) -> Vec<usize> {
         let Some(volume) = self.volume else {
             return Vec::new();
         };
         let most = volume_loss * volume.abs();
         let mut left: f64 = self.faces.iter().map(|(_, cut_off)| cut_off).sum();
-        // One side of a thin wall loses what the other side gains, so both sides are refined, the largest error first.
+        // One side of a thin wall loses what the other side gains, so both sides are refined. The largest error comes first.
         self.faces.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
         let is_needed = |(_, cut_off): &(usize, f64)| {
             let is_needed = left.abs() > most;
@@ -70,7 +70,7 @@ fn volume_errors(brep: &Brep, meshes: &[Result<FaceMesh, FaceMeshError>]) -> Vec
         brep.solids.len()
     ];
     let volumes = shell_volumes(brep, meshes);
-    // Shells are reversed after all faces are meshed. Here they count as they will be then.
+    // Shells are reversed after all faces are meshed. Here they count with their final orientation.
     let hands: Vec<f64> = inside_out(brep, meshes, &volumes)
         .into_iter()
         .map(|is_wrong| if is_wrong { -1.0 } else { 1.0 })
@@ -112,7 +112,7 @@ mod tests {
         check(Some(100.0), &[0.1, 1.0, 0.9], &[1, 2, 0]);
         check(Some(-100.0), &[-0.2, 1.2], &[1]);
         check(None, &[5.0], &[]);
-        // A thin wall: one side alone would spoil what the two balance.
+        // A thin wall: the errors of its two sides cancel, so they are refined together.
         check(Some(100.0), &[25.0, -24.0], &[0, 1]);
         check(Some(100.0), &[25.0, -24.5], &[]);
     }

@@ -41,7 +41,7 @@ pub(super) fn signed_area(corners: &[UvPoint]) -> f64 {
         .sum()
 }
 
-/// The even–odd rule in the parameter plane.
+/// Whether a polygon of the parameter plane encloses a point, by the even–odd rule.
 pub(super) fn encloses(corners: &[UvPoint], [u, v]: [f64; 2]) -> bool {
     let next = corners.iter().cycle().skip(1);
     corners

@@ -30,8 +30,8 @@ pub(crate) struct Layout {
     pub(crate) pole: Option<[f64; 2]>,
 }
 
-/// Chooses the chart by the windings of the loops; `inner` are parameters that lie inside the face, if known,
-/// and `size` is the diagonal of the shape.
+/// Chooses the chart by the windings of the loops. `inner` are parameters inside the face, if known. `size` is the diagonal of
+/// the shape.
 pub(crate) fn layout(
     surface: &Surface,
     loops: Vec<UvLoop>,
@@ -59,8 +59,8 @@ pub(crate) fn layout(
     })
 }
 
-/// A boundary that winds around a surface without enclosing a pole, such as one turn of a thread. It is closed straight across
-/// the parameter plane, from its start, some periods further, to its start.
+/// A boundary that winds around a surface without enclosing a pole, such as one turn of a thread. It is closed by a straight line
+/// across the parameter plane: from the image of its start some periods away back to its start.
 fn cut_open(surface: &Surface, bound: &UvLoop) -> UvLoop {
     let mut corners = bound.corners.clone();
     let period = surface.period().map(Option::unwrap_or_default);

@@ -17,7 +17,7 @@ use std::f64::consts::TAU;
 /// Longest step around a pole on the boundary of a ring, in periods. A longer chord would cut the ring.
 const POLE_STEP: f64 = 1.0 / 24.0;
 
-/// Natural logarithm of a ring's outer radius over its inner one.
+/// Largest natural logarithm of the ratio of a ring's outer radius to its inner radius.
 const MOST_MAGNIFIED: f64 = 30.0;
 
 /// Minimum number of rings between a pole and a rim that is not a circle around it, such as a cone cut by an oblique plane.
@@ -26,7 +26,7 @@ const DENTED_RINGS: usize = 4;
 /// Fewest steps around a pole or a ring.
 const LEAST_AROUND: usize = 6;
 
-/// The chart of a face with a boundary that winds around: a ring, or a disc around the pole on the boundary's left.
+/// The chart of a face with a boundary that winds around: a ring, or a disc around the pole on the left of the boundary.
 pub(super) fn polar(
     surface: &Surface,
     mut loops: Vec<UvLoop>,
@@ -67,7 +67,7 @@ pub(super) fn polar(
     })
 }
 
-/// The windings of the loops that wind around, each once at most.
+/// The windings of the loops that wind around. Each must wind at most once.
 fn windings_of(loops: &[UvLoop], around: usize) -> Result<Vec<i32>, FaceMeshError> {
     let windings: Vec<i32> = loops
         .iter()
@@ -93,7 +93,7 @@ fn enclosed_pole(
         return Err(FaceMeshError::UnpairedWindings);
     };
     let along = 1 - around;
-    // A seam that reaches the pole is on the face's side, for any sense of the boundary.
+    // A seam that reaches the pole is on the side of the face, even if the boundary has the wrong sense.
     let rim = loops
         .iter()
         .find(|bound| bound.windings[around] != 0)
@@ -106,7 +106,7 @@ fn enclosed_pole(
     Ok(pole)
 }
 
-/// One period around, and everything between the loops and the pole along the surface.
+/// The bounds of a face with a polar chart: one period around, and the range from the loops to the pole along the surface.
 fn polar_bounds(loops: &[UvLoop], around: usize, period: f64, pole: Option<[f64; 2]>) -> Bounds {
     let along = 1 - around;
     let mut bounds = bounds_of(loops);
@@ -135,8 +135,8 @@ fn polar_steps(
     steps
 }
 
-/// A disc around the pole, whose radius is proportional to the distance from it; or a ring, whose radius is the exponential of
-/// the parameter. The rates make the cells of the grid about as long as wide.
+/// The chart is a disc around the pole, whose radius is proportional to the distance from the pole, or a ring, whose radius is
+/// the exponential of the parameter. The rates make the cells of the grid about as long as wide.
 fn polar_chart(
     bounds: Bounds,
     steps: [usize; 2],
@@ -173,7 +173,7 @@ fn rises(rim: &UvLoop, along: usize, bounds: Bounds) -> bool {
     rim.windings[1 - along] != 0 && high - low > 1e-3 * (bounds[along][1] - bounds[along][0])
 }
 
-/// At a pole the point of a boundary stays while its parameter runs. Adds corners between the two parameters.
+/// At a pole, the point of a boundary stays the same while its parameter changes. Adds corners between the two parameters.
 fn divide_steps_around_pole(bound: &mut UvLoop, around: usize, period: f64) {
     let mut corners = Vec::with_capacity(bound.corners.len());
     for (i, &corner) in bound.corners.iter().enumerate() {
@@ -196,8 +196,8 @@ fn divide_steps_around_pole(bound: &mut UvLoop, around: usize, period: f64) {
     bound.corners = corners;
 }
 
-/// Where the surface closes on the left of the only winding boundary. A cone closes at one end only, whatever its boundary
-/// says, and so does a dome.
+/// The parameter at which the surface closes on the left of the only winding boundary. A cone or a dome closes at one end only,
+/// so that end is taken even if the sense of the boundary contradicts it.
 fn closing_end(
     surface: &Surface,
     along: usize,
@@ -205,7 +205,7 @@ fn closing_end(
     size: f64,
 ) -> Result<f64, FaceMeshError> {
     let in_order = |[low, high]: [Option<f64>; 2]| if upward { high.or(low) } else { low.or(high) };
-    // An end that nearly closes is better than none.
+    // An end that nearly closes is better than no end.
     let ends = || {
         surface.range()[along]
             .map(|(low, high)| [low, high].map(|end| Some(end).filter(|end| end.is_finite())))
@@ -214,15 +214,15 @@ fn closing_end(
     end.ok_or(FaceMeshError::WindsOnOpenSurface)
 }
 
-/// On a torus two boundaries bound two bands: the one that holds `inner` is meant, or else the one on the left
-/// of both. (Files exist whose senses tell the wrong band, but a seam lies in the right one.)
+/// Two boundaries divide a torus into two bands. The band that holds `inner` is chosen, or else the band on the left of both. (In
+/// some files the senses of the boundaries give the wrong band, but a seam lies in the right one.)
 fn choose_band(loops: &mut [UvLoop], around: usize, length: f64, inner: Option<f64>) {
     let along = 1 - around;
     let winding: Vec<usize> = (0..loops.len())
         .filter(|&i| loops[i].windings[around] != 0)
         .collect();
     let [first, second] = winding[..] else { return };
-    // Where both run the same way, the first, which is the outer one, is believed.
+    // If both run in the same direction, the first one decides. It is the outer one.
     let (rising, falling) = if loops[first].windings[around] > 0 {
         (first, second)
     } else {

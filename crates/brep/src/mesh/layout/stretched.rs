@@ -25,7 +25,8 @@ pub(super) fn stretched(
             .iter()
             .map(|bound| signed_area(&bound.corners))
             .collect();
-        // Where the surface has a border, no face is all of it but for some holes: the boundary's sense is wrong.
+        // If the surface has a border, a face cannot be the whole surface except for some holes. Then the sense of the boundary
+        // is wrong.
         let is_patch = areas.iter().any(|&area| area > 0.0)
             || ![0, 1].iter().all(|&axis| closes(surface, axis, size));
         if is_patch {
@@ -38,7 +39,8 @@ pub(super) fn stretched(
                 size,
             ));
         }
-        // A sphere was rotated so that its poles, where parameters say little, may lie anywhere on a seam.
+        // A sphere was rotated, so its poles may lie anywhere on a seam. The parameters at a pole do not say which side is
+        // inside.
         let says_much = !matches!(surface, Surface::Sphere { .. });
         if says_much && inner.is_some_and(|inner| !holds(&loops, inner, period)) {
             return Err(FaceMeshError::SeamOutside);
@@ -68,10 +70,10 @@ pub(super) fn stretched(
     })
 }
 
-/// Holes were unwrapped on their own: each goes by whole periods to where an outer boundary holds it.
+/// Moves each hole by whole periods into an outer boundary. The holes were unwrapped independently.
 ///
-/// Files write holes with the sense of an outer boundary, and outer boundaries with that of a hole. So the largest loop is an
-/// outer one whatever its sense, and any smaller one that fits inside it is a hole.
+/// Some files write holes with the sense of an outer boundary, and outer boundaries with the sense of a hole. So the largest loop
+/// counts as an outer one with any sense, and any smaller loop that fits inside it is a hole.
 fn move_holes_inside(loops: &mut [UvLoop], areas: &[f64], period: [Option<f64>; 2]) {
     if loops.len() < 2 {
         return;
@@ -95,7 +97,7 @@ fn move_holes_inside(loops: &mut [UvLoop], areas: &[f64], period: [Option<f64>; 
     }
 }
 
-/// The whole periods by which a loop must go so that one of the others holds it; `None` if no shift does that.
+/// The offset in whole periods that moves a loop into one of the others, or zero if no offset does.
 fn best_offset(bound: &UvLoop, holders: &[&UvLoop], period: [Option<f64>; 2]) -> [f64; 2] {
     let reach = |period: Option<f64>| if period.is_some() { -2..=2 } else { 0..=0 };
     let probes = [
@@ -139,10 +141,10 @@ fn holds(loops: &[UvLoop], point: [f64; 2], period: [Option<f64>; 2]) -> bool {
     reach(period[0]).any(|i| reach(period[1]).any(|j| is_inside([shifted(i, 0), shifted(j, 1)])))
 }
 
-/// The closed surface cut open between its holes, which go by whole periods to where the cuts leave them; nothing if a
-/// direction has no bounds, or if no straight cut misses the holes.
+/// Cuts a closed surface open between its holes, and moves the holes by whole periods into the bounds that result. Returns `None`
+/// if a direction has no bounds, or if no straight cut misses the holes.
 fn whole_surface(surface: &Surface, loops: &mut [UvLoop]) -> Option<Bounds> {
-    // A torus that meets itself is never whole: there the boundary's sense is wrong.
+    // A face is never a whole torus that meets itself. Then the sense of the boundary is wrong.
     if matches!(surface, Surface::Torus { .. }) && surface.period()[1].is_none() {
         return None;
     }
@@ -168,7 +170,7 @@ fn whole_surface(surface: &Surface, loops: &mut [UvLoop]) -> Option<Bounds> {
     Some(frame)
 }
 
-/// Where a closed direction is cut: in the middle of the widest gap between the loops.
+/// The parameter at which a closed direction is cut: the middle of the widest gap between the loops.
 fn free_cut(loops: &[UvLoop], axis: usize, period: f64) -> Option<f64> {
     let base = extent_of(loops.first()?, axis)[0];
     let mut spans: Vec<[f64; 2]> = loops.iter().map(|bound| extent_of(bound, axis)).collect();
@@ -177,7 +179,7 @@ fn free_cut(loops: &[UvLoop], axis: usize, period: f64) -> Option<f64> {
         (*low, *high) = (*low + by, *high + by);
     }
     spans.sort_by(|a, b| a[0].total_cmp(&b[0]));
-    // A loop that reaches over the base covers the beginning of the turn, too.
+    // A loop that reaches beyond the end of the period also covers its beginning.
     let mut covered = spans
         .iter()
         .map(|span| span[1] - period)
@@ -193,7 +195,7 @@ fn free_cut(loops: &[UvLoop], axis: usize, period: f64) -> Option<f64> {
     (widest.0 > 0.0).then_some(widest.1)
 }
 
-/// The outline of a rectangle of parameters; opposite sides get equal points, and so does all of a pole.
+/// The outline of a rectangle of parameters. Opposite sides get equal points if they meet, and all points at a pole are equal.
 fn frame_loop(surface: &Surface, [u, v]: Bounds, steps: [usize; 2], size: f64) -> UvLoop {
     let (n, m) = (steps[0].max(4), steps[1].max(4));
     let period = surface.period();

@@ -1,6 +1,6 @@
 //! Cuts corners off a polygon one by one. Each cut is a triangle that knows its neighbors.
 //!
-//! Every triangulation of a polygon without further vertices is an order of such cuts. A cut whose triangle is not
+//! Every triangulation of a polygon without further vertices is a sequence of such cuts. A cut whose triangle is not
 //! counter-clockwise by an exact predicate is refused. So after all cuts, the triangles cover each point as often as the boundary
 //! winds around it.
 
@@ -8,10 +8,11 @@ use super::network::{
     ChartPoint, NOTHING, Network, SideRef, orientation, side_ref, triangle_and_side,
 };
 
-/// Set in the mark of a side that is one of the two of a bridge.
+/// This bit is set in the mark of a side that belongs to a bridge.
 const BRIDGE: u32 = 1 << 31;
 
-/// A polygon that is being cut up. Its corners are numbered; where a bridge joins two boundaries, its ends stand twice.
+/// A polygon that is being cut up. Its corners are numbered. Where a bridge joins two boundaries, each end of the bridge has two
+/// corners.
 pub(super) struct Clipper<'a> {
     points: &'a [ChartPoint],
     /// The vertex of each corner.
@@ -57,8 +58,8 @@ impl<'a> Clipper<'a> {
         first
     }
 
-    /// Joins two walks by a side from the corner `a` to `b` and back. Returns the corners that stand for `a` and `b` on
-    /// the way back.
+    /// Joins two walks by a side from the corner `a` to `b` and back. Returns the second corners of `a` and `b`, which are used
+    /// on the way back.
     pub(super) fn add_bridge(&mut self, a: u32, b: u32) -> [u32; 2] {
         let (back_a, back_b) = (self.vertex.len() as u32, self.vertex.len() as u32 + 1);
         let (after_a, before_b) = (self.next[a as usize], self.before[b as usize]);
@@ -96,17 +97,17 @@ impl<'a> Clipper<'a> {
         self.points[self.vertex[corner as usize] as usize]
     }
 
-    /// How many corners are left.
+    /// The number of corners that are left.
     pub(super) fn n_left(&self) -> usize {
         self.n_left
     }
 
-    /// The corner with those before and behind it.
+    /// The points of the corner before, the corner itself and the corner after it.
     pub(super) fn around(&self, corner: u32) -> [ChartPoint; 3] {
         [self.before(corner), corner, self.next(corner)].map(|corner| self.point(corner))
     }
 
-    /// Cuts a corner off; refuses if its triangle would not run counter-clockwise.
+    /// Cuts a corner off. Returns `false` and cuts nothing if the triangle would not be counter-clockwise.
     pub(super) fn cut(&mut self, corner: u32) -> bool {
         let [a, b, c] = self.around(corner);
         if self.n_left < 3 || orientation(a, b, c) <= 0.0 {
@@ -129,7 +130,7 @@ impl<'a> Clipper<'a> {
         true
     }
 
-    /// Notes what lies behind a triangle's side.
+    /// Records what lies behind a triangle's side.
     fn attach(&mut self, side: SideRef, behind: SideRef) {
         let behind = match behind {
             NOTHING => return,
@@ -149,7 +150,7 @@ impl<'a> Clipper<'a> {
         }
     }
 
-    /// The triangles, once only two corners are left.
+    /// Returns the triangles if only two corners are left.
     pub(super) fn finish(self) -> Option<Network> {
         (self.n_left == 2).then(|| Network::new(self.points.to_vec(), self.corners, self.sides))
     }

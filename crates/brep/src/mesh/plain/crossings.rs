@@ -1,4 +1,4 @@
-//! Checks that closed walks are clean: no two of their sides meet, except neighbors at their common corner.
+//! Checks that closed walks are clean. No two of their sides may meet, except neighbors at their common corner.
 
 use super::network::{ChartPoint, orientation};
 

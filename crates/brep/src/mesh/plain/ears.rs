@@ -11,11 +11,12 @@ use super::network::{ChartPoint, Network, orientation};
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
-/// Polygons with more pairs of a corner and a dent are left to another triangulation, whose cost grows less.
+/// Polygons with more pairs of a corner and a dent (a reflex corner) are left to another triangulation, whose cost grows more
+/// slowly.
 const MOST_PAIRS: usize = 60_000;
 
-/// Triangulates a counter-clockwise polygon with clockwise holes. Returns `None` if the walks are not clean, if a hole
-/// does not lie inside, or if the work grows with the square of a large number.
+/// Triangulates a counter-clockwise polygon with clockwise holes. Returns `None` if the walks are not clean, if a hole does not
+/// lie inside, or if there are more than [`MOST_PAIRS`] pairs of a corner and a dent.
 pub(super) fn with_holes(points: &[ChartPoint], walks: &[Vec<u32>]) -> Option<Network> {
     if n_pairs(points, walks) > MOST_PAIRS || !are_clean(points, walks) || !are_holes(points, walks)
     {
@@ -31,7 +32,7 @@ pub(super) fn with_holes(points: &[ChartPoint], walks: &[Vec<u32>]) -> Option<Ne
     clipper.finish()
 }
 
-/// The number of corners times the number of those at which the polygon is dented.
+/// The number of corners times the number of dents.
 fn n_pairs(points: &[ChartPoint], walks: &[Vec<u32>]) -> usize {
     let is_dent = |walk: &[u32], i: usize| {
         let n = walk.len();
@@ -74,7 +75,7 @@ fn is_left_of(p: ChartPoint, a: ChartPoint, b: ChartPoint) -> bool {
     }
 }
 
-/// Joins every hole to what lies on its left.
+/// Joins every hole by a bridge to the walk on its left.
 fn add_bridges(
     clipper: &mut Clipper<'_>,
     points: &[ChartPoint],
@@ -100,13 +101,13 @@ fn add_bridges(
 fn visible_corner(clipper: &Clipper<'_>, start: u32, point: ChartPoint) -> Option<u32> {
     let hit = RayHit::of(clipper, start, point)?;
     let seen = hit.least_hidden(clipper, start);
-    // A corner that stands twice may face the other way.
+    // The end of a bridge has two corners, and one of them may face away from the point.
     let vertex = clipper.vertex(seen);
     corners(clipper, start)
         .find(|&corner| clipper.vertex(corner) == vertex && opens_to(clipper, corner, point))
 }
 
-/// Where a ray from a point to its left first meets a walk.
+/// The first point where a ray from a point to the left meets a walk.
 struct RayHit {
     point: ChartPoint,
     /// The first coordinate of the meeting point.
@@ -120,7 +121,7 @@ impl RayHit {
         let mut reached: Option<Self> = None;
         for corner in corners(clipper, start) {
             let (a, b) = (clipper.point(corner), clipper.point(clipper.next(corner)));
-            // The side's inside lies on its left: seen from the right it runs downward.
+            // The inside lies on the left of a side, so a side that faces the point runs downward.
             if a[1] >= point[1] && b[1] <= point[1] && a[1] != b[1] {
                 let x = a[0] + (point[1] - a[1]) * (b[0] - a[0]) / (b[1] - a[1]);
                 let end = if a[0] < b[0] {
@@ -136,10 +137,10 @@ impl RayHit {
         reached
     }
 
-    /// The corner that no side hides from the point.
+    /// The corner that is visible from the point.
     ///
-    /// Whatever hides the end of the side lies in the triangle between it, the point and the ray's end; what is seen at the
-    /// smallest angle to the ray is hidden by nothing.
+    /// If a corner hides the end of the side, it lies in the triangle between that end, the point and the end of the ray. The
+    /// corner of this triangle with the smallest angle to the ray is visible.
     fn least_hidden(&self, clipper: &Clipper<'_>, start: u32) -> u32 {
         let Self { point, x, end } = *self;
         let tip = clipper.point(end);
@@ -180,7 +181,7 @@ fn corners<'a>(clipper: &'a Clipper<'_>, start: u32) -> impl Iterator<Item = u32
     })
 }
 
-/// Whether a point lies in a triangle or on its border, whichever way it is oriented.
+/// Whether a point lies in a triangle or on its border, for any orientation of the triangle.
 fn holds([a, b, c]: [ChartPoint; 3], p: ChartPoint) -> bool {
     let orientations = [
         orientation(a, b, p),
@@ -205,7 +206,7 @@ fn opens_to(clipper: &Clipper<'_>, corner: u32, point: ChartPoint) -> bool {
     }
 }
 
-/// A corner that may be cut off, with the square of the cut's length; stale once its neighbors have changed.
+/// A corner that may be cut off, with the square of the cut's length. It is outdated if its neighbors have changed.
 #[derive(PartialEq)]
 struct Ear {
     squared: f64,
@@ -242,7 +243,7 @@ fn ear(clipper: &Clipper<'_>, corner: u32) -> Ear {
     }
 }
 
-/// Cuts ears off until nothing is left.
+/// Cuts ears off until nothing is left. Returns `None` if no ear can be cut.
 fn cut_ears(clipper: &mut Clipper<'_>) -> Option<()> {
     // All corners are on one walk now, and the bridges' ends are its last ones.
     let dent = |corner: u32| (clipper.point(corner), corner);
@@ -268,7 +269,7 @@ fn cut_ears(clipper: &mut Clipper<'_>) -> Option<()> {
             start = ends[0];
             ears.extend(ends.map(|corner| ear(clipper, corner)));
         }
-        // An ear may have become free after its turn; a round without any cut means that there is none.
+        // A corner may become an ear after it was tested. If a pass makes no cut, there is no ear.
         if clipper.n_left() == n_before {
             return None;
         }
@@ -281,8 +282,8 @@ fn is_dent(clipper: &Clipper<'_>, corner: u32) -> bool {
     orientation(a, b, c) <= 0.0
 }
 
-/// Whether another corner lies in the triangle of an ear. Only dents can be the first to do so; those that have been
-/// straightened are dropped from the list as they are met.
+/// Whether another corner lies in the triangle of an ear. Only dents have to be tested. A corner that is not a dent any more is
+/// removed from the list.
 fn is_blocked(clipper: &Clipper<'_>, dents: &mut Vec<(ChartPoint, u32)>, corner: u32) -> bool {
     let [a, b, c] = clipper.around(corner);
     if orientation(a, b, c) <= 0.0 {
@@ -321,7 +322,7 @@ fn is_blocked(clipper: &Clipper<'_>, dents: &mut Vec<(ChartPoint, u32)>, corner:
     false
 }
 
-/// Whether a corner is gone: its neighbors do not know it any more.
+/// Whether a corner was cut off. Then its neighbors do not refer to it any more.
 fn is_cut_off(clipper: &Clipper<'_>, corner: u32) -> bool {
     clipper.next(clipper.before(corner)) != corner || clipper.before(clipper.next(corner)) != corner
 }

@@ -1,9 +1,10 @@
-//! Triangulates faces whose boundary is plain: one closed walk, or an outer one with holes, none of whose sides meet.
+//! Triangulates faces whose boundary is plain: one closed walk, or an outer walk with holes, whose sides do not meet.
 //!
-//! The result is the constrained Delaunay triangulation (L. P. Chew, *Constrained Delaunay triangulations*, Algorithmica 4, 1989):
-//! first any triangulation of the polygon, then flips until no inner side can be improved. Other boundaries are refused here,
-//! never repaired: the general triangulation takes them. Both give the same triangles, because with exact predicates a constrained
-//! Delaunay triangulation is unique. This one needs neither the outside of the boundary nor a search.
+//! The result is the constrained Delaunay triangulation (L. P. Chew, *Constrained Delaunay triangulations*, Algorithmica 4,
+//! 1989): first any triangulation of the polygon, then flips until no inner side can be improved. Other boundaries are refused
+//! here and never repaired. The general triangulation handles them. Both give the same triangles, because with exact predicates a
+//! constrained Delaunay triangulation is unique. This one neither triangulates the outside of the boundary nor searches for
+//! triangles.
 
 mod clipper;
 mod crossings;
@@ -21,13 +22,13 @@ use network::{ChartPoint, Network, orientation};
 #[derive(Clone, Debug)]
 pub(super) struct PlainFace {
     network: Network,
-    /// For each walk 1 if the face lies on its left, −1 if it lies on its right.
+    /// For each walk: 1 if the face lies on its left, −1 if it lies on its right.
     pub(super) hands: Vec<f64>,
     /// The triangle at which the last vertex was inserted.
     last: usize,
 }
 
-/// A triangle that holds a point: its corners, and for each side that begins there whether it bounds the face.
+/// A triangle that holds a point: its corners, and whether the side that begins at each corner bounds the face.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Holder {
     pub(super) corners: [ChartPoint; 3],
@@ -35,7 +36,8 @@ pub(super) struct Holder {
 }
 
 impl PlainFace {
-    /// Triangulates a face; the walks go through the places one after the other, each with this many of them.
+    /// Triangulates a face. `points` lists the points of all walks one after the other, and `lengths` gives the number of points
+    /// of each walk.
     ///
     /// Returns `None` if the boundary is not plain.
     pub(super) fn new(points: &[ChartPoint], lengths: &[usize]) -> Option<Self> {
@@ -48,7 +50,7 @@ impl PlainFace {
         if senses.contains(&0.0) {
             return None;
         }
-        // What encloses all the others reaches lowest.
+        // The walk that encloses all others has the lowest corner.
         let lowest =
             |walk: usize| points[walks[walk][lowest_corner(points, &walks[walk])] as usize];
         let outer =
@@ -75,7 +77,7 @@ impl PlainFace {
         &self.network.corners
     }
 
-    /// The triangle that holds each of these points; none for a point outside or on a side.
+    /// For each point the triangle that holds it, or `None` if the point lies outside or on a side.
     pub(super) fn holders(&self, points: &[ChartPoint]) -> Vec<Option<Holder>> {
         let holder = |triangle: u32| Holder {
             corners: self.network.corner_points(triangle as usize),
@@ -87,7 +89,7 @@ impl PlainFace {
             .collect()
     }
 
-    /// Inserts a vertex inside; it gets the next number. Returns `None` if the point is not inside.
+    /// Inserts a vertex inside the face. It gets the next number. Returns `None` if the point is not inside.
     pub(super) fn insert(&mut self, point: ChartPoint) -> Option<()> {
         self.last = self.network.insert(point, self.last)?;
         Some(())
@@ -104,7 +106,7 @@ fn walks(lengths: &[usize]) -> Vec<Vec<u32>> {
     lengths.iter().map(&mut walk).collect()
 }
 
-/// Some triangulation, by the cheapest way that the boundary allows.
+/// Any triangulation, found by the cheapest method that the boundary allows.
 fn triangulated(
     points: &[ChartPoint],
     mut walks: Vec<Vec<u32>>,
@@ -130,7 +132,8 @@ fn triangulated(
     })
 }
 
-/// The corner of a walk that is the lowest along the first axis, and of those the lowest along the second.
+/// The corner of a walk that is the lowest along the first axis. If there are several, it is the lowest of them along the second
+/// axis.
 fn lowest_corner(points: &[ChartPoint], walk: &[u32]) -> usize {
     let at = |corner: usize| points[walk[corner] as usize];
     (1..walk.len()).fold(0, |lowest, corner| {
@@ -146,8 +149,8 @@ fn is_lower(a: ChartPoint, b: ChartPoint) -> bool {
     (a[0], a[1]) < (b[0], b[1])
 }
 
-/// Positive where a walk runs counter-clockwise, negative where it runs clockwise; the sign is exact, however little the
-/// walk encloses, if no two of its sides meet. It is 0 only where two sides lie on one another.
+/// Positive if a walk runs counter-clockwise, negative if it runs clockwise. If no two of its sides meet, the sign is exact,
+/// however small the enclosed area is. It is 0 only if two sides lie on one another.
 fn sense(points: &[ChartPoint], walk: &[u32]) -> f64 {
     let (n, lowest) = (walk.len(), lowest_corner(points, walk));
     let [a, b, c] =

@@ -1,4 +1,5 @@
-//! Triangulates monotone polygons, whose two chains run from left to right: all convex ones, and most faces with four edges.
+//! Triangulates monotone polygons, whose two chains run from left to right. All convex polygons are monotone, and so are most
+//! faces with four edges.
 //!
 //! The polygon is cut from left to right with a stack (M. R. Garey et al., *Triangulating a simple polygon*, Information
 //! Processing Letters 7, 1978). A vertical line meets the inside of such a boundary in at most one piece, so counter-clockwise
@@ -33,12 +34,12 @@ pub(super) fn monotone(points: &[ChartPoint], walk: &[u32], axis: usize) -> Opti
     clipper.finish()
 }
 
-/// The two chains of a monotone polygon. Corners are counted from the first; the chains meet again in `last`.
+/// The two chains of a monotone polygon. Corners are counted from the first one. The chains meet again in `last`.
 struct Chains<'a> {
     points: &'a [ChartPoint],
     walk: &'a [u32],
     axis: usize,
-    /// Where the first corner stands in the walk.
+    /// The index of the first corner in the walk.
     first: usize,
     last: u32,
 }
@@ -71,8 +72,8 @@ impl<'a> Chains<'a> {
         (a[self.axis], a[other]) < (b[self.axis], b[other])
     }
 
-    /// Takes the next corner from left to right, with whether it is on the chain that begins at the first corner. `open` holds
-    /// the next corner of either chain.
+    /// Takes the next corner from left to right, and says whether it is on the chain that begins at the first corner. `open`
+    /// holds the next corner of either chain.
     fn next_corner(&self, [up, down]: &mut [u32; 2]) -> Option<(u32, bool)> {
         if *up >= self.last && *down <= self.last {
             return None;
@@ -89,7 +90,7 @@ impl<'a> Chains<'a> {
     }
 }
 
-/// Cuts off all corners of the stack but the last.
+/// Cuts off all corners of the stack except the last.
 fn cut_all(clipper: &mut Clipper<'_>, stack: &[(u32, bool)]) -> Option<()> {
     stack[..stack.len() - 1]
         .iter()

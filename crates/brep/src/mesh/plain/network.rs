@@ -9,10 +9,10 @@ use robust::{Coord, incircle, orient2d};
 /// A point of the chart.
 pub(super) type ChartPoint = [f64; 2];
 
-/// What lies behind a side of the boundary.
+/// Marks that no triangle lies behind a side, so that the side belongs to the boundary.
 pub(super) const NOTHING: u32 = u32::MAX;
 
-/// A walk from triangle to triangle that is longer than this looks at every triangle instead.
+/// If a walk from triangle to triangle is longer than this, every triangle is searched instead.
 const LONGEST_WALK: usize = 1000;
 
 /// A side of a triangle: four times the triangle's number, plus the number of the corner where the side begins.
@@ -25,13 +25,13 @@ pub(super) struct Network {
     pub(super) points: Vec<ChartPoint>,
     /// Counter-clockwise corners of each triangle.
     pub(super) corners: Vec<[u32; 3]>,
-    /// For each triangle and corner the side behind the side that begins there, or [`NOTHING`].
+    /// For each triangle and each corner, the opposite side in the neighbor behind the side that begins there, or [`NOTHING`].
     pub(super) behind: Vec<[SideRef; 3]>,
     /// Sides that may not be Delaunay.
     open: Vec<SideRef>,
 }
 
-/// Positive where the corners run counter-clockwise, negative where they run clockwise, 0 where they lie on one line.
+/// Positive if the corners run counter-clockwise, negative if they run clockwise, and 0 if they lie on one line.
 pub(super) fn orientation(a: ChartPoint, b: ChartPoint, c: ChartPoint) -> f64 {
     orient2d(coord(a), coord(b), coord(c))
 }
@@ -73,10 +73,10 @@ impl Network {
         self.behind[triangle][side] == NOTHING
     }
 
-    /// Flips sides until every one is Delaunay or belongs to the boundary.
+    /// Flips sides until every side is Delaunay or belongs to the boundary.
     pub(super) fn make_delaunay(&mut self) {
         for (triangle, behind) in self.behind.iter().enumerate() {
-            // Of the two triangles at a side the earlier one looks at it.
+            // Each inner side is listed once, by the first of its two triangles.
             let is_first = |side: &usize| {
                 behind[*side] != NOTHING && behind[*side] > side_ref(triangle, *side)
             };
@@ -98,8 +98,8 @@ impl Network {
 
     /// Flips a side if the vertex behind it lies inside the triangle's circle.
     ///
-    /// With the side from `a` to `b`, `c` opposite and `d` behind, the triangles become `a d c` and `d b c`; their numbers
-    /// are returned.
+    /// The side runs from `a` to `b`. The corner `c` is opposite, and `d` is behind the side. The triangles become `a d c` and `d
+    /// b c`. Returns their numbers.
     fn flip_if_inside(&mut self, t: usize, i: usize) -> Option<[usize; 2]> {
         let behind = self.behind[t][i];
         if behind == NOTHING {
@@ -124,7 +124,7 @@ impl Network {
         Some([t, u])
     }
 
-    /// Tells a side what lies behind it from now on.
+    /// Sets what lies behind a side.
     fn orientation_to(&mut self, side: SideRef, behind: SideRef) {
         if side != NOTHING {
             let (triangle, i) = triangle_and_side(side);
@@ -132,7 +132,7 @@ impl Network {
         }
     }
 
-    /// Inserts a vertex, looking for its triangle from a given one on; returns a triangle at the new vertex.
+    /// Inserts a vertex. The search for its triangle begins at the triangle `start`. Returns a triangle at the new vertex.
     ///
     /// Returns `None` if the point lies outside, on the boundary or on another vertex.
     pub(super) fn insert(&mut self, point: ChartPoint, start: usize) -> Option<usize> {
@@ -188,7 +188,7 @@ impl Network {
             .extend([t, u, w, x].map(|triangle| side_ref(triangle, 0)));
     }
 
-    /// The triangle that holds a point, and the inner side on which it lies, if it lies on one.
+    /// The triangle that holds a point, and the inner side on which the point lies, if it lies on one.
     fn locate(&self, point: ChartPoint, start: usize) -> Option<(usize, Option<usize>)> {
         let mut triangle = start;
         for _ in 0..LONGEST_WALK {
@@ -212,7 +212,7 @@ impl Network {
         self.held(triangle, orientations)
     }
 
-    /// On which hand of each side a point lies.
+    /// For each side of a triangle, on which side of it a point lies.
     fn orientations(&self, triangle: usize, point: ChartPoint) -> [f64; 3] {
         let [a, b, c] = self.corner_points(triangle);
         [
@@ -222,7 +222,7 @@ impl Network {
         ]
     }
 
-    /// What [`Network::locate`] says of a triangle that holds the point.
+    /// The result of [`Network::locate`] for a triangle that holds the point.
     fn held(&self, triangle: usize, orientations: [f64; 3]) -> Option<(usize, Option<usize>)> {
         let mut on = (0..3).filter(|&side| orientations[side] == 0.0);
         match (on.next(), on.next()) {
@@ -233,7 +233,7 @@ impl Network {
     }
 }
 
-/// Three values, beginning with the one at `first`.
+/// Three values, rotated so that the one at `first` comes first.
 fn rotated<T: Copy>(values: [T; 3], first: usize) -> [T; 3] {
     [
         values[first],

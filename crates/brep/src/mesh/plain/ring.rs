@@ -8,7 +8,7 @@ use super::network::{ChartPoint, Network, orientation};
 
 const ORIGIN: ChartPoint = [0.0, 0.0];
 
-/// Triangulates what lies between two counter-clockwise walks around the origin.
+/// Triangulates the region between two counter-clockwise walks around the origin.
 pub(super) fn ring(points: &[ChartPoint], outer: &[u32], inner: &[u32]) -> Option<Network> {
     if ![outer, inner]
         .into_iter()
@@ -21,14 +21,14 @@ pub(super) fn ring(points: &[ChartPoint], outer: &[u32], inner: &[u32]) -> Optio
     let first = clipper.add_walk(outer.iter().copied());
     let clockwise = (0..inner.len()).map(|i| inner[(start + inner.len() - i) % inner.len()]);
     let hub = clipper.add_walk(clockwise);
-    // From the bridge on both rims are followed counter-clockwise until they are back at it.
+    // Beginning at the bridge, both rims are followed counter-clockwise until they return to it.
     let [mut out, mut within] = clipper.add_bridge(first, hub);
     while clipper.n_left() > 2 {
         let (next_out, next_within) = (clipper.next(out), clipper.before(within));
         let is_out_nearer =
             orientation(ORIGIN, clipper.point(next_out), clipper.point(next_within)) > 0.0;
         let goes_out = out != first && (is_out_nearer || within == hub);
-        // Where a rim has a dent the nearer corner may give a triangle that is reversed.
+        // If a rim has a dent, the nearer corner may give a reversed triangle.
         if goes_out && clipper.cut(out) {
             out = next_out;
         } else if within != hub && clipper.cut(within) {
@@ -42,7 +42,7 @@ pub(super) fn ring(points: &[ChartPoint], outer: &[u32], inner: &[u32]) -> Optio
     clipper.finish()
 }
 
-/// Whether a walk turns counter-clockwise around the origin all the time, and does so once.
+/// Whether a walk always runs counter-clockwise around the origin, and runs around it once.
 fn runs_around(points: &[ChartPoint], walk: &[u32]) -> bool {
     let next = walk.iter().cycle().skip(1);
     let mut sides = walk
@@ -57,7 +57,7 @@ fn runs_around(points: &[ChartPoint], walk: &[u32]) -> bool {
     always && n_turns == 1
 }
 
-/// The corner of a walk whose direction from the origin is the nearest to that of a point.
+/// The corner of a walk whose direction from the origin is nearest to the direction of a point.
 fn beside(points: &[ChartPoint], walk: &[u32], point: ChartPoint) -> Option<usize> {
     let cosine = |&vertex: &u32| {
         let [x, y] = points[vertex as usize];

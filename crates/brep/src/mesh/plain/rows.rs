@@ -4,10 +4,11 @@
 
 use super::network::{ChartPoint, Network, orientation};
 
-/// By this fraction of its width a piece of a row is looked at beyond a triangle's sides, as they are computed with rounding.
+/// A piece of a row is extended beyond a triangle's sides by this fraction of its width, because the sides are computed with
+/// rounding.
 const SLACK: f64 = 1e-9;
 
-/// The triangle strictly inside which each point lies.
+/// For each point the triangle in whose interior it lies.
 pub(super) fn holders(network: &Network, points: &[ChartPoint]) -> Vec<Option<u32>> {
     let mut holders = vec![None; points.len()];
     let rows = Rows::new(points);
@@ -26,7 +27,7 @@ fn is_inside([a, b, c]: [ChartPoint; 3], p: ChartPoint) -> bool {
     orientation(a, b, p) > 0.0 && orientation(b, c, p) > 0.0 && orientation(c, a, p) > 0.0
 }
 
-/// Points by rows, from left to right in each.
+/// Points by rows. Each row is sorted from left to right.
 struct Rows {
     low: f64,
     height: f64,
@@ -62,7 +63,7 @@ impl Rows {
     }
 
     fn row(&self, y: f64) -> usize {
-        // Conversion to an integer is saturating, so that any height has a row.
+        // The conversion to an integer saturates, so any height has a row.
         (((y - self.low) / self.height) as usize).min(self.rows.len() - 1)
     }
 
@@ -85,7 +86,7 @@ impl Rows {
     }
 }
 
-/// From where to where a triangle reaches between two heights, and a little further.
+/// The extent of a triangle between two heights, slightly enlarged. Returns `None` if the triangle does not reach there.
 fn extent_within(corners: [ChartPoint; 3], [low, high]: [f64; 2]) -> Option<[f64; 2]> {
     let slack = SLACK * (high - low);
     let (low, high) = (low - slack, high + slack);
