@@ -5,14 +5,14 @@ use crate::model::{Brep, BrepFace, Loop};
 use partprobe_shape::{Point, bounding_diagonal};
 use std::f64::consts::TAU;
 
-/// Points along a curved edge, and along each parameter of a face without boundary.
+/// Number of points along a curved edge, and along each parameter of a face without a boundary.
 const SAMPLES: usize = 16;
 
-/// The farthest that anything may lie from the origin, in millimeters: about seven times as far as the sun.
-/// What is farther is damage, and its squares would leave the range of numbers in the end.
+/// The largest distance that a point may have from the origin, in millimeters: about seven times as far as the sun. A point that
+/// is farther away is damage, and its squares could leave the range of floating-point numbers.
 pub(crate) const REACH_MM: f64 = 1e15;
 
-/// The diagonal of the bounding box of a shape's edges, and of its faces that close in themselves.
+/// The diagonal of the bounding box of a shape's edges and of its faces that have no other face next to them.
 pub(crate) fn diagonal(brep: &Brep) -> f64 {
     let mut points: Vec<Point> = brep.vertices.iter().map(|vertex| vertex.point).collect();
     for edge in &brep.edges {
@@ -35,7 +35,7 @@ pub(crate) fn diagonal(brep: &Brep) -> f64 {
     bounding_diagonal(&points)
 }
 
-/// No edge of the face has anything but the face itself on its other side.
+/// Whether every edge of the face has the face itself on its other side.
 fn closes_in_itself(face: &BrepFace) -> bool {
     let edge_loops = face.loops.iter().filter_map(|boundary| match boundary {
         Loop::Edges(uses) => Some(uses),
@@ -46,7 +46,7 @@ fn closes_in_itself(face: &BrepFace) -> bool {
     edges.chunk_by(|a, b| a == b).all(|uses| uses.len() > 1)
 }
 
-/// Points all over a surface that has an end in both parameters; none of any other.
+/// A grid of points on a surface whose parameters are both finite or periodic. The list is empty for any other surface.
 fn surface_samples(surface: &Surface) -> Vec<Point> {
     let [range_u, range_v] = surface.range();
     let [period_u, period_v] = surface.period();

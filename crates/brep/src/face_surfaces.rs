@@ -7,19 +7,19 @@ use crate::motion::{Matrix, inverse, moved_direction, moved_point, product, scal
 use partprobe_shape::{Face, Instance, Point};
 use std::collections::BTreeMap;
 
-/// The surfaces of a shape, made ready for many questions; each costs nothing until its face is asked for.
+/// The surfaces of a shape, prepared for many projections. A surface is prepared when its face is first used.
 pub struct FaceSurfaces<'b> {
     brep: &'b Brep,
     projectors: Vec<Projector<'b>>,
-    /// The faces that repeat another one, behind those of the file.
+    /// The repeated faces. Their indices follow those of the faces in the file.
     repeated: Vec<Option<RepeatedFace>>,
 }
 
-/// A face that stands once more elsewhere.
+/// A face that is repeated at another occurrence.
 struct RepeatedFace {
     /// Index of the face in the file.
     face: u32,
-    /// From its first point to this one, and back.
+    /// The motion from the first occurrence to this one, and its inverse.
     there: Matrix,
     back: Matrix,
 }
@@ -33,9 +33,10 @@ pub struct SurfacePoint {
     pub distance: f64,
     /// Its parameters.
     pub uv: [f64; 2],
-    /// The unit normal, outward; `None` if it is undefined.
+    /// The outward unit normal, or `None` if it is undefined.
     pub normal: Option<Point>,
-    /// Principal curvatures in 1/mm, the larger first, positive where the shape is convex; NaN where undefined.
+    /// Principal curvatures in 1/mm, the larger one first. They are positive where the shape is convex, and NaN where they are
+    /// undefined.
     pub curvature: [f32; 2],
     /// Their directions.
     pub direction: [[f32; 3]; 2],
@@ -55,7 +56,7 @@ impl SurfacePoint {
         }
     }
 
-    /// The same point of a surface that has been moved.
+    /// The same point of the surface after a motion.
     fn moved(self, motion: &Matrix) -> Self {
         let scale = scale_of(motion);
         let origin = moved_point(motion, [0.0; 3]);
@@ -124,9 +125,10 @@ impl<'b> FaceSurfaces<'b> {
         }
     }
 
-    /// Projects a point to the surface of a face; parameters near it make that faster and keep it on its sheet.
+    /// Projects a point onto the surface of a face. If parameters near it are given, this is faster, and the result stays on the
+    /// same sheet of the surface.
     ///
-    /// None for a face that the shape doesn't have, or a surface without a finite point.
+    /// Returns `None` if the shape does not have the face, or if the surface has no finite point.
     #[must_use]
     pub fn nearest(
         &self,

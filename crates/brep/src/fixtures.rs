@@ -30,7 +30,7 @@ impl StepText {
         text
     }
 
-    /// Adds an entity and gives its number.
+    /// Adds an entity and returns its number.
     pub(crate) fn add(&mut self, entity: impl Into<String>) -> usize {
         self.entities.push(entity.into());
         self.entities.len()
@@ -62,7 +62,7 @@ impl StepText {
         self.add(format!("EDGE_CURVE('',#{a},#{b},#{line},.T.)"))
     }
 
-    /// A face with one loop of edges, each with the flag of its walk.
+    /// A face with one loop of edges. Each edge has the flag of its direction.
     pub(crate) fn face(
         &mut self,
         surface: usize,
@@ -85,7 +85,7 @@ impl StepText {
         ))
     }
 
-    /// The faces of a polyhedron, each with its corners counter-clockwise seen from outside.
+    /// The faces of a polyhedron. The corners of each polygon are counter-clockwise seen from outside.
     pub(crate) fn polyhedron(&mut self, corners: &[Point], polygons: &[&[usize]]) -> Vec<usize> {
         let vertices: Vec<usize> = corners.iter().map(|&corner| self.vertex(corner)).collect();
         let mut edges = BTreeMap::new();
@@ -115,7 +115,7 @@ impl StepText {
         faces
     }
 
-    /// A solid of these faces, listed in a representation with the context `#1`; gives shell and solid.
+    /// A solid of these faces, listed in a representation with the context `#1`. Returns the numbers of the shell and the solid.
     pub(crate) fn solid(&mut self, faces: &[usize]) -> [usize; 2] {
         let shell = self.add(format!("CLOSED_SHELL('',({}))", references(faces)));
         let solid = self.add(format!("MANIFOLD_SOLID_BREP('body',#{shell})"));

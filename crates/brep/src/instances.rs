@@ -7,7 +7,8 @@ use crate::motion::{Matrix, inverse, is_mirror, moved_direction, moved_point, pr
 use crate::tessellation::{Tessellation, TessellationOptions, tessellate};
 use partprobe_shape::{Edge, Face, Instance, Mesh, Point, SurfaceAttributes, bounding_diagonal};
 
-/// The occurrence at which the faces of each component stand, by [`partprobe_shape::Face::instance`] of a plain shape.
+/// The first occurrence of each component, at which its faces are. [`partprobe_shape::Face::instance`] of a shape without
+/// repetitions is an index into this list.
 #[must_use]
 pub fn first_instances(brep: &Brep) -> Vec<Instance> {
     brep.components
@@ -18,9 +19,9 @@ pub fn first_instances(brep: &Brep) -> Vec<Instance> {
 
 /// The shape with all occurrences, and the list of them that its faces refer to.
 ///
-/// The faces of the plain shape come first and keep their order; the repeated ones follow, component by component.
-/// The chord tolerance is that of the whole assembly's diagonal. Occurrences that would bring the mesh above
-/// `options.max_triangles` are lost, and counted.
+/// The faces of the plain shape come first and keep their order. The repeated faces follow, component by component. The chord
+/// tolerance is that of the whole assembly's diagonal. Occurrences that would bring the mesh above `options.max_triangles` are
+/// lost and counted.
 #[must_use]
 pub fn tessellate_instances(
     brep: &Brep,
@@ -77,7 +78,7 @@ pub fn tessellate_instances(
     (whole, instances)
 }
 
-/// How much larger the diagonal is with all occurrences than with the first ones.
+/// The ratio of the diagonal with all occurrences to the diagonal with the first ones only.
 fn growth(brep: &Brep) -> f64 {
     let mut corners: Vec<Vec<Point>> = vec![Vec::new(); brep.components.len()];
     for face in &brep.faces {
@@ -116,7 +117,7 @@ fn growth(brep: &Brep) -> f64 {
     }
 }
 
-/// The motions from the first occurrence to each further one; `None` if the first cannot be undone.
+/// The motions from the first occurrence to each further one. Returns `None` if the motion of the first one cannot be inverted.
 fn motions_from_first(occurrences: &[Instance]) -> Option<Vec<Matrix>> {
     let back = inverse(&occurrences.first()?.transform)?;
     Some(
@@ -127,7 +128,7 @@ fn motions_from_first(occurrences: &[Instance]) -> Option<Vec<Matrix>> {
     )
 }
 
-/// How large the plain shape was.
+/// The sizes and the mesh of the plain shape.
 struct Extent {
     n_faces: usize,
     n_edges: usize,
@@ -135,15 +136,15 @@ struct Extent {
     attributes: SurfaceAttributes,
 }
 
-/// The faces of one component, and what hangs on them.
+/// The faces of one component, with their edges, vertices and triangles.
 struct Piece {
     /// Indices of the faces in the plain shape.
     faces: Vec<u32>,
-    /// For each face of the plain shape its index among `faces`.
+    /// For each face of the plain shape, its index in `faces`.
     face_index: Vec<Option<u32>>,
     edges: Vec<Edge>,
     vertices: Vec<u32>,
-    /// For each vertex of the plain mesh its index among `vertices`.
+    /// For each vertex of the plain mesh, its index in `vertices`.
     vertex_index: Vec<u32>,
     triangles: Vec<u32>,
 }
@@ -185,7 +186,7 @@ impl Piece {
         }
     }
 
-    /// Adds the piece once more, moved.
+    /// Adds a moved copy of the piece.
     fn repeat(&self, whole: &mut Tessellation, plain: &Extent, instance: u32, motion: &Matrix) {
         let scale = scale_of(motion);
         let first_face = whole.graph.faces.len() as u32;
@@ -241,13 +242,13 @@ impl Piece {
     }
 }
 
-/// Gives a repeated face the style of its occurrence, where the face in the file has none.
+/// Gives a repeated face the style of its occurrence if the face in the file has no style.
 fn restyle(face: &mut Face, source: &BrepFace, style: &InstanceStyle) {
     face.color = source.color.or(style.color);
     face.layer = source.layer.clone().or_else(|| style.layer.clone());
 }
 
-/// Adds the attributes of a vertex once more, moved: parameters stay, curvatures shrink where the shape grows.
+/// Adds the attributes of a moved copy of a vertex. Parameters stay the same, and curvatures are divided by the scale.
 fn repeat_attributes(
     all: &mut SurfaceAttributes,
     plain: &SurfaceAttributes,
@@ -275,7 +276,7 @@ mod tests {
 
     const UP: Point = [0.0, 0.0, 1.0];
 
-    /// The product that a representation is the shape of.
+    /// Adds the product whose shape is a representation.
     fn product_of(text: &mut StepText, representation: usize, name: &str) {
         let product = text.add(format!("PRODUCT('{name}','{name}','',())"));
         let formation = text.add(format!("PRODUCT_DEFINITION_FORMATION('','',#{product})"));

@@ -40,9 +40,9 @@
 //!
 //! # What it does not do
 //!
-//! It opens no file and prints nothing. It does not write or change models: there are no Boolean operations, fillets or
-//! offsets, and solids that a file gives by such operations are named and not evaluated. It does not sew or repair.
-//! `partprobe-label` labels the parts of a shape.
+//! It opens no file and prints nothing. It does not write or change models: there are no Boolean operations, fillets or offsets,
+//! and solids that a file defines by such operations are named but not evaluated. It does not sew or repair. `partprobe-label`
+//! labels the parts of a shape.
 //!
 //! # Modules
 //!

@@ -17,15 +17,15 @@ pub struct Vertex {
 /// An edge of the topology: a piece of a curve between two vertices.
 #[derive(Clone, Debug)]
 pub struct BrepEdge {
-    /// `#` number of the `EDGE_CURVE`; 0 for a side of a poly loop.
+    /// `#` number of the `EDGE_CURVE`, or 0 for a side of a poly loop.
     pub step_id: u64,
     /// Index of the vertex where the edge starts.
     pub start: u32,
-    /// Index of the vertex where the edge ends; equal to `start` on a closed edge.
+    /// Index of the vertex where the edge ends. It is equal to `start` if the edge is closed.
     pub end: u32,
     /// The curve that the edge lies on.
     pub curve: Arc<Curve>,
-    /// The edge runs in the direction of its curve.
+    /// Whether the edge runs in the direction of its curve.
     pub same_sense: bool,
 }
 
@@ -34,17 +34,17 @@ pub struct BrepEdge {
 pub struct EdgeUse {
     /// Index of the edge.
     pub edge: u32,
-    /// The loop walks from the edge's start to its end.
+    /// Whether the loop walks from the edge's start to its end.
     pub forward: bool,
 }
 
-/// A boundary of a face. The walk keeps the face on its left, seen against the *face* normal
-/// (surface normal reversed by `same_sense`); the bound's own orientation flag is already applied.
+/// A boundary of a face. The walk keeps the face on its left, seen against the *face* normal (the surface normal, reversed if
+/// `same_sense` is false). The bound's own orientation flag is already applied.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Loop {
     /// Edges end to end.
     Edges(Vec<EdgeUse>),
-    /// A single vertex: a cone's apex, a sphere's pole.
+    /// A single vertex, for example a cone's apex or a sphere's pole.
     Vertex(u32),
 }
 
@@ -53,15 +53,15 @@ pub enum Loop {
 pub struct BrepFace {
     /// `#` number of the face's entity.
     pub step_id: u64,
-    /// The surface, unwrapped from trimming.
+    /// The surface itself, without the trimming that the file may add to it.
     pub surface: Arc<Surface>,
     /// The class that the file gives the surface.
     pub face_type: FaceType,
-    /// The face's normal is the surface's normal.
+    /// Whether the face's normal is the surface's normal.
     pub same_sense: bool,
-    /// The shell uses the face against its own orientation (`ORIENTED_CLOSED_SHELL … .F.`, `ORIENTED_FACE … .F.`).
+    /// Whether the shell uses the face against its own orientation (`ORIENTED_CLOSED_SHELL … .F.`, `ORIENTED_FACE … .F.`).
     pub flipped: bool,
-    /// The boundaries; none on a whole sphere or torus.
+    /// The boundaries. A whole sphere or torus has none.
     pub loops: Vec<Loop>,
     /// Index of the shell in [`Brep::shells`].
     pub shell: u32,
@@ -74,7 +74,7 @@ pub struct BrepFace {
 }
 
 impl BrepFace {
-    /// The surface's own normal points into the shape.
+    /// Whether the surface's own normal points into the shape.
     pub(crate) fn is_inward(&self) -> bool {
         self.same_sense == self.flipped
     }
@@ -85,22 +85,22 @@ impl BrepFace {
 pub struct Shell {
     /// `#` number of the shell's entity.
     pub step_id: u64,
-    /// Index of the solid in [`Brep::solids`]; none in a surface model.
+    /// Index of the solid in [`Brep::solids`], or `None` in a surface model.
     pub solid: Option<u32>,
     /// Index of the component in [`Brep::components`].
     pub component: u32,
 }
 
-/// What stands and moves together in an assembly: the shells of one product.
+/// A unit that an assembly moves as a whole: the shells of one product.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Component {
-    /// Every occurrence in the assembly, in file order; faces stand at the first.
+    /// Every occurrence in the assembly, in file order. The faces are at the first occurrence.
     pub occurrences: Vec<Instance>,
-    /// How each of them is styled, for faces that have no style of their own.
+    /// The style of each occurrence. It applies to faces that have no style of their own.
     pub styles: Vec<InstanceStyle>,
 }
 
-/// The style of an occurrence: of the `MAPPED_ITEM` that puts a shape into its assembly.
+/// The style of an occurrence. It is the style of the `MAPPED_ITEM` that puts a shape into its assembly.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct InstanceStyle {
     /// Color by `STYLED_ITEM`.
@@ -118,7 +118,7 @@ pub struct Solid {
     pub name: Option<String>,
 }
 
-/// What kind of thing was lost.
+/// The kind of a lost entity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[non_exhaustive]
 pub enum LostKind {
@@ -140,12 +140,12 @@ impl fmt::Display for LostKind {
     }
 }
 
-/// Something that the file holds and the answer does not.
+/// An entity that is in the file but not in the result.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LostEntity {
-    /// What kind of thing it is.
+    /// The kind of the entity.
     pub kind: LostKind,
-    /// Its `#` number; 0 if it is not about one entity.
+    /// Its `#` number, or 0 if the message is not about a single entity.
     pub step_id: u64,
     /// Why it was lost.
     pub reason: String,
@@ -160,12 +160,12 @@ impl fmt::Display for LostEntity {
     }
 }
 
-/// Something about a file that its user should know, and that is not a lost entity.
+/// A remark about a file that its user should know and that is not about a lost entity.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Note {
-    /// The `#` number of the entity that it is about; 0 if it is not about one entity.
+    /// The `#` number of the entity that the note is about, or 0 if it is not about a single entity.
     pub step_id: u64,
-    /// What there is to know.
+    /// The text of the note.
     pub text: String,
 }
 
@@ -180,7 +180,7 @@ impl fmt::Display for Note {
 
 /// Faces, edges and their nesting, in millimeters, with everything that was lost on the way.
 ///
-/// Face order is the order of the file's shells; each product is there once, at its first occurrence's transform.
+/// Faces are in the order of the file's shells. Each product is included once, at the position of its first occurrence.
 #[derive(Clone, Debug)]
 pub struct Brep {
     /// Vertices that edges refer to.
@@ -195,16 +195,16 @@ pub struct Brep {
     pub solids: Vec<Solid>,
     /// Components, in the order of their shells.
     pub components: Vec<Component>,
-    /// What could not be read.
+    /// The entities that could not be read.
     pub lost: Vec<LostEntity>,
-    /// What was left out on purpose, and which faces are triangles of the file.
+    /// Notes about what was left out on purpose, and about faces that the file gives as triangles.
     pub notes: Vec<Note>,
-    /// The units of the file (of the first context that has faces).
+    /// The units of the first context in the file that has faces.
     pub units: Units,
 }
 
 impl Brep {
-    /// The faces of one solid as a B-Rep of their own, with the losses and the units of the whole.
+    /// The faces of one solid as a separate B-Rep, with the lost entities and the units of the whole.
     ///
     /// An index beyond [`Brep::solids`] gives a B-Rep without faces.
     #[must_use]
@@ -215,7 +215,7 @@ impl Brep {
         for face in &mut faces {
             kept.renumber_face(face);
         }
-        // Edges first: their ends are vertices that are kept, too.
+        // Edges come first, because their ends are also vertices that are kept.
         let edges = kept.edges_of(self);
         let vertices = kept.vertices.kept.iter();
         let shells: Vec<&Shell> = kept
@@ -251,7 +251,7 @@ impl Brep {
         }
     }
 
-    /// Losses and units alone.
+    /// A B-Rep with the lost entities and the units only.
     fn without_faces(&self) -> Self {
         Self {
             vertices: Vec::new(),
@@ -267,7 +267,7 @@ impl Brep {
     }
 }
 
-/// What is kept of a B-Rep, with its new indices.
+/// The items of a B-Rep that are kept, with their new indices.
 struct Kept {
     shells: Renumbering,
     edges: Renumbering,
@@ -283,7 +283,7 @@ impl Kept {
         }
     }
 
-    /// Keeps what a face refers to.
+    /// Keeps the items to which a face refers, and renumbers them in the face.
     fn renumber_face(&mut self, face: &mut BrepFace) {
         face.shell = self.shells.index(face.shell);
         for boundary in &mut face.loops {
@@ -298,7 +298,7 @@ impl Kept {
         }
     }
 
-    /// The edges that are kept, and keeps their ends.
+    /// Returns the edges that are kept, and keeps their ends.
     fn edges_of(&mut self, brep: &Brep) -> Vec<BrepEdge> {
         let edges = self.edges.kept.iter().map(|&edge| {
             let edge = brep.edges[edge as usize].clone();
@@ -312,7 +312,7 @@ impl Kept {
     }
 }
 
-/// New indices for the members of a list that are kept, in the order in which they are first asked for.
+/// New indices for the kept members of a list, in the order in which they are first requested.
 struct Renumbering {
     new_index: Vec<Option<u32>>,
     kept: Vec<u32>,

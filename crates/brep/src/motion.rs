@@ -2,16 +2,16 @@
 
 use partprobe_shape::{Point, cross, dot, norm};
 
-/// Rows of a matrix for columns.
+/// The rows of a matrix that is multiplied by column vectors.
 pub(crate) type Matrix = [[f64; 4]; 4];
 
-/// Whether a motion maps a right hand into a left one.
+/// Whether a motion includes a reflection.
 pub(crate) fn is_mirror(motion: &Matrix) -> bool {
     let [x, y, z] = [0, 1, 2].map(|row| [motion[row][0], motion[row][1], motion[row][2]]);
     dot(cross(x, y), z) < 0.0
 }
 
-/// The factor by which lengths grow.
+/// The factor by which lengths are multiplied.
 pub(crate) fn scale_of(motion: &Matrix) -> f64 {
     norm([motion[0][0], motion[1][0], motion[2][0]])
 }
@@ -23,7 +23,7 @@ pub(crate) fn moved_point(motion: &Matrix, [x, y, z]: Point) -> Point {
     })
 }
 
-/// A direction rotated with its motion.
+/// A direction, rotated by a motion.
 pub(crate) fn moved_direction(motion: &Matrix, scale: f64, direction: [f32; 3]) -> [f32; 3] {
     let [x, y, z] = direction.map(f64::from);
     [0, 1, 2].map(|axis| {
@@ -32,13 +32,13 @@ pub(crate) fn moved_direction(motion: &Matrix, scale: f64, direction: [f32; 3]) 
     })
 }
 
-/// The motion `inner` and then `outer`.
+/// The motion that applies `inner` first and then `outer`.
 pub(crate) fn product(outer: &Matrix, inner: &Matrix) -> Matrix {
     let cell = |row: usize, column: usize| (0..4).map(|k| outer[row][k] * inner[k][column]).sum();
     [0, 1, 2, 3].map(|row| [0, 1, 2, 3].map(|column| cell(row, column)))
 }
 
-/// The inverse of a rotation, or a mirror, with a uniform scale and a shift.
+/// The inverse of a rotation or reflection with a uniform scale and a translation. Returns `None` if the scale is zero.
 pub(crate) fn inverse(motion: &Matrix) -> Option<Matrix> {
     let square: f64 = (0..3).map(|row| motion[row][0] * motion[row][0]).sum();
     if square <= 0.0 {

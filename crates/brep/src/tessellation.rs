@@ -14,19 +14,21 @@ pub struct TessellationOptions {
     pub chord_fraction: f64,
     /// Angle tolerance, in radians.
     pub angle_rad: f64,
-    /// What is kept of the true surfaces at every vertex.
+    /// The attributes of the true surfaces that are kept at every vertex.
     pub attributes: AttributeChoice,
-    /// The volumes that the solids' true surfaces enclose are computed.
+    /// Whether to compute the volumes that the solids' true surfaces enclose.
     pub solid_volumes: bool,
-    /// The largest fraction of a closed solid's volume that its triangles may cut off or add. The faces that exceed it most
-    /// are meshed finer. 0 disables this. It also stops when the mesh has a quarter of `max_triangles`.
+    /// The largest fraction of a closed solid's volume that its triangles may cut off or add. The faces that exceed it most are
+    /// meshed finer. A value of 0 disables this refinement. The refinement also stops when the mesh has a quarter of
+    /// `max_triangles`.
     pub volume_loss: f64,
-    /// The most triangles that the mesh may have; faces beyond them are lost.
+    /// The largest number of triangles that the mesh may have. Faces beyond it are lost.
     pub max_triangles: u64,
 }
 
 impl Default for TessellationOptions {
-    /// The tolerances of the method: chord 0.002 of the diagonal, angle 0.3 rad; 0.8 % of a solid, at most 6 million triangles.
+    /// The default settings: a chord tolerance of 0.002 of the diagonal, an angle of 0.3 rad, 0.8 % of a solid's volume, and at
+    /// most 6 million triangles.
     fn default() -> Self {
         Self {
             chord_fraction: 0.002,
@@ -39,23 +41,23 @@ impl Default for TessellationOptions {
     }
 }
 
-/// What labeling needs of a B-Rep.
+/// The data of a B-Rep that labeling needs.
 #[derive(Clone, Debug)]
 pub struct Tessellation {
     /// Faces with their areas, shared edges with their angles and lengths.
     pub graph: FaceGraph,
     /// The tessellation.
     pub mesh: Mesh,
-    /// What else of the surfaces was asked for at its vertices.
+    /// The other surface attributes at its vertices that were requested.
     pub attributes: SurfaceAttributes,
-    /// Volume that the true surfaces of each solid enclose, in cubic millimeters, in the order of the solids; empty
-    /// unless it was asked for. The mesh loses up to `volume_loss` of it.
+    /// Volume that the true surfaces of each solid enclose, in cubic millimeters, in the order of the solids. The list is empty
+    /// unless it was requested. The mesh loses up to `volume_loss` of it.
     pub solid_volumes: Vec<f64>,
-    /// What reading and tessellation lost; a face without triangles is among it.
+    /// The entities that reading and tessellation lost, including faces without triangles.
     pub lost: Vec<LostEntity>,
-    /// What reading noted, and the faces whose surface and triangles have different areas.
+    /// The notes of reading, and notes about faces whose surface and triangles have different areas.
     pub notes: Vec<Note>,
-    /// What is odd about the shape's edges.
+    /// The counts of irregular edges.
     pub flags: ShapeFlags,
     /// The chord tolerance that was used, in millimeters.
     pub chord_mm: f64,
@@ -67,7 +69,7 @@ pub struct Tessellation {
 
 /// Meshes every face and measures the angle and the length of every shared edge.
 ///
-/// Cost: the mesh takes nearly all of it; where only labels are wanted, [`crate::face_graph`] does.
+/// The mesh takes nearly all of the time. If only labels are wanted, use [`crate::face_graph`].
 #[must_use]
 pub fn tessellate(brep: &Brep, options: &TessellationOptions) -> Tessellation {
     let brep = &*repaired(brep);
@@ -116,7 +118,7 @@ pub fn tessellate(brep: &Brep, options: &TessellationOptions) -> Tessellation {
     }
 }
 
-/// The shape without a mesh: for labels alone, at a fraction of the cost. Areas are NaN.
+/// The shape without a mesh. It suffices for labels and costs a fraction of a mesh. Areas are NaN.
 #[must_use]
 pub fn tessellation_without_mesh(brep: &Brep) -> Tessellation {
     let brep = &*repaired(brep);

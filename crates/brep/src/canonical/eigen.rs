@@ -3,10 +3,10 @@
 
 use partprobe_shape::{Point, cross, dot};
 
-/// Sweeps of rotations; each squares the error, so a few reach the last digit.
+/// Number of sweeps of rotations. Each sweep squares the error, so a few of them reach the last digit.
 const SWEEPS: usize = 12;
 
-/// The direction along which vectors spread least around `center`, and the spreads in ascending order.
+/// The direction in which vectors spread least around `center`, and the spreads in ascending order.
 pub(super) fn least_spread(
     vectors: impl Iterator<Item = Point>,
     center: Point,
@@ -23,9 +23,9 @@ pub(super) fn least_spread(
     smallest_eigenvector(matrix)
 }
 
-/// Jacobi's rotations of a symmetric matrix.
+/// The eigenvector of the smallest eigenvalue of a symmetric matrix, and all eigenvalues, by Jacobi's rotations.
 fn smallest_eigenvector(mut matrix: [[f64; 3]; 3]) -> (Point, [f64; 3]) {
-    // Row `i` of `basis` is the eigenvector that the diagonal's entry `i` comes to.
+    // Row `i` of `basis` becomes the eigenvector of the eigenvalue in entry `i` of the diagonal.
     let mut basis = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     for _ in 0..SWEEPS {
         for (p, q) in [(0, 1), (0, 2), (1, 2)] {
@@ -37,7 +37,7 @@ fn smallest_eigenvector(mut matrix: [[f64; 3]; 3]) -> (Point, [f64; 3]) {
     (basis[order[0]], order.map(|i| matrix[i][i]))
 }
 
-/// Makes one entry beside the diagonal zero.
+/// Makes one off-diagonal entry zero.
 fn rotate(matrix: &mut [[f64; 3]; 3], basis: &mut [[f64; 3]; 3], p: usize, q: usize) {
     if matrix[p][q] == 0.0 {
         return;
@@ -58,7 +58,7 @@ fn rotate(matrix: &mut [[f64; 3]; 3], basis: &mut [[f64; 3]; 3], p: usize, q: us
     }
 }
 
-/// The vector with these products with three rows; `None` if the rows lie in a plane.
+/// The vector whose dot products with three rows are given. Returns `None` if the rows lie in a plane.
 pub(super) fn solved(rows: [Point; 3], products: Point) -> Option<Point> {
     let across = [
         cross(rows[1], rows[2]),

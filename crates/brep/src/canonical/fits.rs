@@ -12,10 +12,10 @@ use crate::geometry::linear::{along, scaled, sum, unit};
 use partprobe_shape::{Point, cross, dot, norm, subtract};
 use std::f64::consts::FRAC_PI_2;
 
-/// Fewer samples say nothing of a surface.
+/// Fewer samples do not suffice to recognize a surface.
 const MIN_SAMPLES: usize = 9;
 
-/// The primitive that all samples lie on; the simplest where several fit.
+/// The primitive on which all samples lie. If several fit, it is the simplest.
 pub(super) fn fitted(samples: &Samples, tolerance: f64) -> Option<Primitive> {
     let list = &samples.list;
     if list.len() < MIN_SAMPLES {
@@ -88,9 +88,9 @@ fn cone(samples: &[Sample]) -> Option<Primitive> {
     })
 }
 
-/// The point that all tangent planes pass, by least squares.
+/// The point through which all tangent planes pass, by least squares.
 fn meeting_point(samples: &[Sample]) -> Option<Point> {
-    // Around their mean the numbers are small, and differences keep their digits.
+    // Relative to their mean, the coordinates are small, so differences do not lose digits.
     let origin = mean(samples.iter().map(|sample| sample.point));
     let (mut rows, mut products) = ([[0.0; 3]; 3], [0.0; 3]);
     for Sample { point, normal } in samples {
@@ -116,7 +116,8 @@ fn sphere(samples: &[Sample]) -> Option<Primitive> {
     })
 }
 
-/// How far points move when their normals turn; negative where the normals point to the center.
+/// The ratio of the displacement between points to the difference between their normals. It is negative if the normals point to
+/// the center.
 fn radius(pairs: impl Iterator<Item = (Point, Point)> + Clone) -> Option<f64> {
     let (points, normals) = (
         mean(pairs.clone().map(|pair| pair.0)),
@@ -145,7 +146,7 @@ fn torus(samples: &[Sample], normal_rates: NormalRates) -> Option<Primitive> {
     candidates.min_by(|a, b| gap(a).total_cmp(&gap(b)))
 }
 
-/// The torus whose points lie `minor` along their normals beside its circle.
+/// The torus whose points are at the distance `minor` from its circle, along their normals.
 fn torus_of(samples: &[Sample], minor: f64) -> Option<Primitive> {
     let centers: Vec<Point> = samples
         .iter()
@@ -163,7 +164,8 @@ fn torus_of(samples: &[Sample], minor: f64) -> Option<Primitive> {
         .map(|point| norm(subtract(*point, center)))
         .sum::<f64>()
         / n;
-    // A curvature by differences has half of the digits; the points have all of them.
+    // A curvature from differences has only half of the digits. The points have all of them, so the minor radius is computed
+    // again from the points.
     let to_circle = |sample: &Sample| {
         Primitive::Torus {
             center,
@@ -207,7 +209,7 @@ fn circle_center(points: &[Point], middle: Point, axis: Point) -> Option<Point> 
     Some(along(along(middle, x, a), y, b))
 }
 
-/// The eigenvalues of the map that turns steps on the surface into turns of the normal; none at an umbilic plane.
+/// The eigenvalues of the map from steps on the surface to changes of the normal. Returns `None` if they are undefined.
 fn principal_curvatures(NormalRates([du, dv, turn_u, turn_v]): NormalRates) -> Option<[f64; 2]> {
     let (e, f, g) = (dot(du, du), dot(du, dv), dot(dv, dv));
     let (l, n) = (dot(du, turn_u), dot(dv, turn_v));

@@ -1,8 +1,8 @@
-//! Represents the five primitives as far as the distance of a point from them requires.
+//! Represents the five primitives with the data that the distance of a point from them requires.
 
 use partprobe_shape::{FaceType, Point, cross, dot, norm, subtract};
 
-/// A primitive in space; axes and normals have unit length.
+/// A primitive in space. Axes and normals have unit length.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Primitive {
     Plane {
@@ -43,7 +43,7 @@ impl Primitive {
         }
     }
 
-    /// How far a point is from the primitive; NaN if that is undefined.
+    /// The distance of a point from the primitive, or NaN if it is undefined.
     pub(super) fn distance(&self, p: Point) -> f64 {
         match *self {
             Self::Plane { point, normal } => dot(subtract(p, point), normal).abs(),
@@ -60,7 +60,7 @@ impl Primitive {
                 let arm = subtract(p, apex);
                 let (sin, cos) = libm::sincos(half_angle);
                 let (along, beside) = (dot(arm, axis), norm(cross(arm, axis)));
-                // Behind the apex the apex itself is nearest.
+                // Behind the apex, the apex itself is the nearest point.
                 if along * cos + beside * sin < 0.0 {
                     norm(arm)
                 } else {

@@ -3,13 +3,13 @@
 use crate::geometry::Surface;
 use partprobe_shape::{Point, bounding_diagonal, norm};
 
-/// Points along each parameter that a primitive is fitted to.
+/// Number of points along each parameter to which a primitive is fitted.
 const COARSE: usize = 5;
-/// Most points along each parameter that it is checked on.
+/// Largest number of intervals along each parameter on which a fit is checked.
 const MAX_DENSE: usize = 48;
 /// Step of a difference, as a fraction of a parameter's range.
 const DIFFERENCE: f64 = 2e-5;
-/// Points between two knots.
+/// Number of points per interval between two knots.
 const PER_SPAN: usize = 4;
 
 /// A point of a surface with its unit normal.
@@ -19,15 +19,15 @@ pub(super) struct Sample {
     pub(super) normal: Point,
 }
 
-/// How a surface and its normal move with the parameters at one point: ∂u and ∂v of the point, ∂u and ∂v of the normal.
+/// The derivatives of a surface and of its normal at one point: ∂u and ∂v of the point, ∂u and ∂v of the normal.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct NormalRates(pub(super) [Point; 4]);
 
-/// The samples that a primitive is fitted to.
+/// The samples to which a primitive is fitted.
 pub(super) struct Samples<'a> {
     pub(super) list: Vec<Sample>,
     patch: &'a Patch<'a>,
-    /// Parameters of the grid's middle.
+    /// The parameters in the middle of the grid.
     middle: [f64; 2],
 }
 
@@ -43,7 +43,7 @@ impl Samples<'_> {
         )
     }
 
-    /// The turning in the middle of the surface, by differences; only a torus asks for it.
+    /// The derivatives in the middle of the surface, by differences. Only the fit of a torus uses them.
     pub(super) fn normal_rates(&self) -> Option<NormalRates> {
         let ([u, v], surface) = (self.middle, self.patch.surface);
         let span = |ends: &[f64]| DIFFERENCE * (ends[ends.len() - 1] - ends[0]);
@@ -75,7 +75,7 @@ pub(super) struct Patch<'a> {
 }
 
 impl<'a> Patch<'a> {
-    /// The whole surface; an extrusion is as high as its curve is long. `None` if a parameter has no end.
+    /// The whole surface. The height of an extrusion is set to the extent of its curve. Returns `None` if a parameter has no end.
     pub(super) fn of(surface: &'a Surface) -> Option<Self> {
         let [u, v] = match surface {
             Surface::Bspline(spline) => spline.breaks(),
@@ -99,11 +99,12 @@ impl<'a> Patch<'a> {
         (is_sound(&u) && is_sound(&v)).then_some(Self { surface, u, v })
     }
 
-    /// A coarse grid off the surface's sides, where poles and cusps are; points without a normal are left out.
+    /// A coarse grid that avoids the sides of the surface, because poles and cusps are there. Points without a normal are left
+    /// out.
     pub(super) fn coarse_samples(&'a self) -> Samples<'a> {
         let points = |ends: &[f64]| {
             let (low, high) = (ends[0], ends[ends.len() - 1]);
-            // Uneven, so that no symmetry of the surface hides what lies between.
+            // The points are not symmetric, so a symmetry of the surface cannot hide a deviation between them.
             (0..COARSE)
                 .map(|i| low + (high - low) * (i as f64 + 0.4) / COARSE as f64)
                 .collect::<Vec<f64>>()
@@ -123,7 +124,7 @@ impl<'a> Patch<'a> {
         }
     }
 
-    /// Points all over the surface, its sides and knots included.
+    /// A dense grid of points on the surface, including its sides.
     pub(super) fn dense_points(&self) -> impl Iterator<Item = Point> + '_ {
         let v = dense(&self.v);
         dense(&self.u)
@@ -136,7 +137,7 @@ fn knots(low: f64, breaks: Vec<f64>, high: f64) -> Vec<f64> {
     std::iter::once(low).chain(breaks).chain([high]).collect()
 }
 
-/// The knots and points between them, or as many points as there may be.
+/// The knots and points between them. If there are too many knots, [`MAX_DENSE`] equal intervals are used instead.
 fn dense(ends: &[f64]) -> Vec<f64> {
     let (first, last) = (ends[0], ends[ends.len() - 1]);
     let spans = ends.len() - 1;

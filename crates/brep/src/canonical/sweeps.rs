@@ -3,7 +3,7 @@
 use crate::geometry::{Curve, Frame, Surface};
 use partprobe_shape::{FaceType, Point, cross, dot, norm, subtract};
 
-/// The type of a swept line or circle: none of the primitives is an answer too, and no answer is left to a fit.
+/// The type of a swept line or circle. Returns `Some(None)` if the sweep is not a primitive, and `None` if a fit must decide.
 pub(super) fn swept_type(surface: &Surface, tolerance: f64) -> Option<Option<FaceType>> {
     match surface {
         Surface::Extrusion { curve, .. } if matches!(**curve, Curve::Line { .. }) => {
@@ -22,7 +22,7 @@ pub(super) fn swept_type(surface: &Surface, tolerance: f64) -> Option<Option<Fac
     }
 }
 
-/// Sines below this are zero: over the whole diagonal the deviation is that of a point's tolerance.
+/// Sines below this count as zero. Over the whole diagonal, such an angle causes a deviation equal to the tolerance of a point.
 const PARALLEL: f64 = 1e-6;
 
 fn revolved_line(

@@ -2,10 +2,10 @@
 
 use crate::part21::{Exchange, Keyword, Param, Params, Record};
 
-/// Where an instance stands in the nesting of a shape.
+/// The role of an instance in the nesting of a shape.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Kind {
-    /// A solid that shells bound.
+    /// A solid bounded by shells.
     Solid,
     /// A solid of planar facets.
     FacetedSolid,
@@ -24,7 +24,7 @@ pub(super) enum Kind {
 }
 
 impl Kind {
-    /// Whether a representation lists it.
+    /// Whether a representation lists instances of this kind.
     pub(super) fn is_item(self) -> bool {
         self <= Self::GeometricSet
     }
@@ -66,7 +66,7 @@ pub(super) fn kind(exchange: &Exchange<'_>, record: Record) -> Kind {
     }
 }
 
-/// The items and the context of a representation; none of any other instance.
+/// The items and the context of a representation. Returns `None` for any other instance.
 pub(super) fn representation<'a>(
     exchange: &Exchange<'a>,
     record: Record,

@@ -1,8 +1,8 @@
-//! Cuts the smallest STEP text around some entities that shows the same faces.
+//! Cuts the smallest STEP text that shows the faces of some entities out of a larger one.
 //!
-//! Everything that the entities refer to is included. Entities below a face, such as an edge or a surface, are shown by the
-//! faces that use them. Names, the header and the product become neutral. Coordinates stay as they are written, because a fault
-//! may depend on them. Nothing here evaluates a surface, and nothing is repaired.
+//! Everything that the entities refer to is included. An entity below a face, such as an edge or a surface, is shown by the faces
+//! that use it. Names, the header and the product are made neutral. Coordinates stay as they are written, because a fault may
+//! depend on them. Nothing here evaluates a surface, and nothing is repaired.
 
 mod kinds;
 mod references;
@@ -28,22 +28,22 @@ const SCHEMA: &str = "AUTOMOTIVE_DESIGN { 1 0 10303 214 1 1 1 1 }";
 pub struct Extract {
     /// The text of the small file.
     pub text: Vec<u8>,
-    /// The `#` number of each instance in the large file and in the small one, ascending.
+    /// The `#` number of each instance in the large file and in the small file, in ascending order.
     pub numbers: Vec<(u64, u64)>,
-    /// Instances of the small file, those that only hold the others together among them.
+    /// The number of instances in the small file, including those that only hold the others together.
     pub n_instances: usize,
-    /// Numbers that are referred to, and that neither file has an instance for.
+    /// Numbers to which the text refers but for which neither file has an instance.
     pub missing: Vec<u64>,
-    /// Further faces that use what was asked for, and were left out to keep the file small.
+    /// The number of further faces that use the requested entities and were left out to keep the file small.
     pub n_left_out: usize,
 }
 
-/// Which numbers the instances of a small file have.
+/// How the instances of a small file are numbered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Numbering {
     /// Counted from 1, in the order of the large file's numbers.
     FromOne,
-    /// Those of the large file.
+    /// The numbers of the large file.
     Kept,
 }
 
@@ -54,27 +54,27 @@ pub enum ExtractError {
     /// The text does not begin as STEP files do.
     #[error("the file is not a STEP file: it does not begin with ISO-10303-21")]
     NotStep,
-    /// The text has a header at most.
+    /// The text has no more than a header.
     #[error("the file has no data section with entities; it may have been cut off")]
     NoData,
-    /// The text asks for more work than was allowed.
+    /// Reading the text needs more work than the budget allows.
     #[error(
         "the file has more than {limit} {what}; raise label.max_file_mb or label.max_entities to read it"
     )]
     OverBudget {
-        /// What there is too much of.
+        /// The quantity that exceeds the limit.
         what: &'static str,
-        /// How much was allowed.
+        /// The limit.
         limit: u64,
     },
     /// No instance has the number.
     #[error("the file has no #{id}; its numbers run from #{first} to #{last}")]
     Unknown {
-        /// The number that was asked for.
+        /// The requested number.
         id: u64,
         /// The lowest number of the file.
         first: u64,
-        /// The highest one.
+        /// The highest number of the file.
         last: u64,
     },
     /// The instance with the number does not parse.
@@ -82,7 +82,7 @@ pub enum ExtractError {
         "#{id} cannot be read, and so nothing can be cut out around it: {reason}; report its line as it is written"
     )]
     Damaged {
-        /// The number that was asked for.
+        /// The requested number.
         id: u64,
         /// What is wrong with it.
         reason: String,
@@ -124,7 +124,7 @@ pub fn extract(
     Ok(text_of.finish(schema, n_left_out))
 }
 
-/// The text as it is indexed, if neither its bytes nor those are too many.
+/// The text in the encoding in which it is indexed. Fails if it has too many bytes before or after the conversion.
 fn readable<'t>(text: &'t [u8], budget: &ReadBudget) -> Result<Cow<'t, [u8]>, ExtractError> {
     let max_bytes = budget.max_bytes.min(u64::from(u32::MAX));
     let over_budget = ExtractError::OverBudget {
@@ -135,7 +135,7 @@ fn readable<'t>(text: &'t [u8], budget: &ReadBudget) -> Result<Cow<'t, [u8]>, Ex
         return Err(over_budget);
     }
     let text = normalized(text);
-    // Two-byte characters have three bytes in UTF-8.
+    // A character of two bytes may need three bytes in UTF-8, so the length is tested again.
     if text.len() as u64 > u64::from(u32::MAX) {
         return Err(over_budget);
     }
@@ -159,7 +159,7 @@ fn header_of<'t>(text: &'t [u8], exchange: &Exchange<'_>) -> &'t [u8] {
     &text[..begins.min().unwrap_or(0)]
 }
 
-/// Why a number has no instance: what stands under it does not parse, or nothing stands there.
+/// The reason why a number has no instance: it does not parse, or the file does not have it.
 fn not_found(exchange: &Exchange<'_>, id: u64, lost: &[LostEntity]) -> ExtractError {
     if let Some(loss) = lost.iter().find(|loss| loss.step_id == id) {
         return ExtractError::Damaged {
@@ -186,7 +186,7 @@ struct Writer {
 }
 
 impl Writer {
-    /// Gives each kept instance its number. What is referred to and missing gets one that stays free.
+    /// Gives each kept instance its number. A missing instance that others refer to gets a number that is not used otherwise.
     fn new(exchange: &Exchange<'_>, kept: &BTreeSet<u64>, numbering: Numbering) -> Self {
         let written = kept
             .iter()
@@ -233,7 +233,7 @@ impl Writer {
         }
     }
 
-    /// Writes an instance of our own and gives its number.
+    /// Writes an additional instance and returns its number.
     fn add(&mut self, instance: &str) -> u64 {
         let number = self.next;
         self.next = number.checked_add(1).unwrap_or(1);
@@ -249,7 +249,7 @@ impl Writer {
             .extend_from_slice(format!("#{number}=").as_bytes());
     }
 
-    /// The number in the small file of an instance of the large one.
+    /// The number that an instance of the large file has in the small file.
     fn number(&self, id: u64) -> u64 {
         self.number_of.get(&id).copied().unwrap_or(id)
     }

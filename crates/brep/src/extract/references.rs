@@ -26,17 +26,17 @@ impl References {
         Self { there, back }
     }
 
-    /// What an instance refers to.
+    /// The instances to which an instance refers.
     pub(super) fn from(&self, slot: usize) -> impl Iterator<Item = usize> + '_ {
         group(&self.there, slot)
     }
 
-    /// What refers to an instance.
+    /// The instances that refer to an instance.
     pub(super) fn users(&self, slot: usize) -> impl Iterator<Item = usize> + '_ {
         group(&self.back, slot)
     }
 
-    /// All that some instances refer to, and what that refers to, and so on, with themselves; ascending.
+    /// The given instances and all instances to which they refer directly or indirectly, in ascending order.
     pub(super) fn closure(&self, starts: impl IntoIterator<Item = usize>) -> Vec<usize> {
         let mut open: Vec<usize> = starts.into_iter().collect();
         let mut met: BTreeSet<usize> = open.iter().copied().collect();
@@ -46,8 +46,8 @@ impl References {
         met.into_iter().collect()
     }
 
-    /// What uses an instance, nearest first and ascending among equals, as far as `stops` lets it; what stops it is in the
-    /// answer, the instance itself is not.
+    /// The direct and indirect users of an instance, nearest first, and in ascending order at the same distance. The search does
+    /// not continue beyond a user for which `stops` returns true. Such a user is included, but the instance itself is not.
     pub(super) fn all_users(&self, slot: usize, stops: impl Fn(usize) -> bool) -> Vec<usize> {
         let mut met = BTreeSet::from([slot]);
         let mut found = Vec::new();

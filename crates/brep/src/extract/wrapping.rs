@@ -7,20 +7,20 @@ use super::references::References;
 use crate::part21::{Exchange, Keyword, Record};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Of the faces that use one thing no more than these are shown.
+/// The largest number of faces that are shown for one entity that they use.
 const MOST_USERS: usize = 8;
 
-/// What a new representation must list, by its context.
+/// The instances that new representations must list, by context.
 #[derive(Debug, Default)]
 pub(super) struct Content {
-    /// The items, shells and faces under each context; the key is `None` if the large file has no context for them.
+    /// The items, shells and faces of each context. The key is `None` if the large file has no context for them.
     pub(super) listed: BTreeMap<Option<u64>, Vec<u64>>,
-    /// Faces that use what was asked for, beyond the number that is shown.
+    /// The number of faces that use the requested entities and are not shown.
     pub(super) n_left_out: usize,
 }
 
 impl Content {
-    /// Finds what shows each of the entities.
+    /// Finds the instances that show each of the entities.
     pub(super) fn of(exchange: &Exchange<'_>, references: &References, ids: &[u64]) -> Self {
         let mut content = Self::default();
         for slot in ids.iter().filter_map(|&id| exchange.slot(id)) {
@@ -39,8 +39,8 @@ impl Content {
         content
     }
 
-    /// The highest things that have faces in what an instance refers to; the faces that use it if there are none. Nothing if a
-    /// representation that lists shapes comes with it.
+    /// The instances that show an entity: the highest instances with faces among those to which it refers, or else the faces that
+    /// use it. The list is empty if the entity refers to a representation that lists shapes.
     fn shown(
         &mut self,
         exchange: &Exchange<'_>,
@@ -113,7 +113,7 @@ fn context_of(exchange: &Exchange<'_>, references: &References, slot: usize) -> 
     })
 }
 
-/// Writes shells, models, representations and products around what is kept.
+/// Writes shells, models, representations and products around the kept instances.
 pub(super) fn wrap(
     exchange: &Exchange<'_>,
     references: &References,
@@ -125,7 +125,7 @@ pub(super) fn wrap(
         .iter()
         .map(|(context, ids)| new_representation(exchange, *context, ids, text))
         .collect();
-    // A representation that was asked for, and that no product of the extract has.
+    // A requested representation that no product of the extract uses.
     let slots: Vec<usize> = kept.iter().filter_map(|&id| exchange.slot(id)).collect();
     let is_used = |slot: usize| {
         references
@@ -160,7 +160,7 @@ pub(super) fn wrap(
     }
 }
 
-/// A representation of some items, shells and faces.
+/// Writes a representation of some items, shells and faces, and returns its number.
 fn new_representation(
     exchange: &Exchange<'_>,
     context: Option<u64>,

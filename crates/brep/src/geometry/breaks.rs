@@ -2,12 +2,12 @@
 
 use super::types::Surface;
 
-/// Breaks closer together than this fraction of the rectangle are one.
+/// Breaks that are closer together than this fraction of the rectangle count as one.
 const APART: f64 = 1e-9;
 
 impl Surface {
-    /// The parameters of u and of v, strictly inside the rectangle and ascending, at which the surface's formula changes:
-    /// between them it has all derivatives. `bounds` holds `[low, high]` of u and of v.
+    /// The parameters of u and of v, strictly inside the rectangle and ascending, at which the surface's formula changes. Between
+    /// them the surface has all derivatives. `bounds` holds `[low, high]` of u and of v.
     pub(crate) fn breaks_between(&self, bounds: [[f64; 2]; 2]) -> [Vec<f64>; 2] {
         let [[u0, u1], [v0, v1]] = bounds;
         match self {
@@ -40,7 +40,7 @@ impl Surface {
     }
 }
 
-/// The breaks of one turn, in every turn that the interval touches.
+/// The breaks of one period, repeated in every period that the interval touches.
 fn repeated(of_one_turn: &[f64], period: Option<f64>, [low, high]: [f64; 2]) -> Vec<f64> {
     let margin = APART * (high - low);
     let turns = match (period, of_one_turn.first(), of_one_turn.last()) {

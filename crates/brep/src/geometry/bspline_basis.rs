@@ -16,7 +16,7 @@ pub enum BsplineError {
         /// The degree as given.
         degree: usize,
     },
-    /// There are too few poles for the degree, or a grid of poles that isn't full.
+    /// There are too few poles for the degree, or the poles do not fill the grid.
     #[error("{poles} poles are too few or don't fill the grid for degree {degree}")]
     PoleCount {
         /// Number of poles.
@@ -24,15 +24,15 @@ pub enum BsplineError {
         /// Polynomial degree.
         degree: usize,
     },
-    /// Knots, poles and degree don't belong together.
+    /// The numbers of knots and poles do not fit the degree.
     #[error("{knots} knots where poles and degree ask for {expected}")]
     KnotCount {
         /// Number of knots with multiplicities written out.
         knots: usize,
-        /// Number that poles and degree ask for.
+        /// Number of knots that the poles and the degree require.
         expected: usize,
     },
-    /// A knot is smaller than the one before it, or all are equal.
+    /// A knot is smaller than the previous one, or all knots are equal.
     #[error("the knots decrease or span nothing")]
     KnotOrder,
     /// A pole or knot is infinite or not a number.
@@ -43,9 +43,9 @@ pub enum BsplineError {
     Weight,
 }
 
-/// The basis functions that don't vanish at a parameter, and their derivatives.
+/// The basis functions that do not vanish at a parameter, and their derivatives.
 pub(crate) struct Basis<const N: usize> {
-    /// Index of the first pole that they belong to.
+    /// Index of the pole to which the first of these functions belongs.
     pub(crate) first: usize,
     /// Values of the `degree + 1` functions.
     pub(crate) value: [f64; N],
@@ -94,7 +94,8 @@ pub(crate) fn check_poles(poles: &[[f64; 4]]) -> Result<(), BsplineError> {
     Ok(())
 }
 
-/// The knot span `knots[s] ≤ t < knots[s + 1]` of positive length; the first or last one beyond the ends.
+/// The index `s` of the knot span `knots[s] ≤ t < knots[s + 1]` of positive length. Beyond the ends it is the first or the last
+/// span.
 fn span(knots: &[f64], degree: usize, n_poles: usize, t: f64) -> usize {
     if t >= knots[n_poles] {
         let mut s = n_poles - 1;
@@ -113,9 +114,9 @@ fn span(knots: &[f64], degree: usize, n_poles: usize, t: f64) -> usize {
     s
 }
 
-/// Evaluates the basis at `t` by the triangular scheme of Cox and de Boor; `N` must exceed the degree.
+/// Evaluates the basis at `t` by the triangular scheme of Cox and de Boor. `N` must exceed the degree.
 ///
-/// Inlined, so that a degree that is known where it is called unrolls the loops: most splines are cubic at most.
+/// The function is inlined, so the loops are unrolled where the caller knows the degree. Most splines are at most cubic.
 #[inline(always)]
 pub(crate) fn basis<const N: usize>(
     knots: &[f64],
@@ -139,7 +140,7 @@ pub(crate) fn basis<const N: usize>(
     }
 }
 
-/// The second derivatives of the functions of [`basis`], in its order.
+/// The second derivatives of the functions of [`basis`], in the same order.
 pub(crate) fn second_slopes<const N: usize>(
     knots: &[f64],
     degree: usize,
@@ -164,8 +165,8 @@ pub(crate) fn second_slopes<const N: usize>(
     )
 }
 
-/// From the functions of degree `order − 1` to those of degree `order`. `near` holds as many knots as the spline's degree
-/// on either side of the span.
+/// Computes the functions of degree `order` from those of degree `order − 1`. `near` holds `degree` knots on either side of the
+/// span.
 #[inline(always)]
 fn raise<const N: usize>(near: &[f64], degree: usize, order: usize, t: f64, value: &mut [f64; N]) {
     let mut carry = 0.0;
@@ -193,7 +194,7 @@ fn slopes<const N: usize>(near: &[f64], degree: usize, order: usize, lower: &[f6
     slope
 }
 
-/// A parameter brought into a B-spline's range: wrapped where the spline closes, clamped where not.
+/// A parameter moved into a B-spline's range. It is wrapped if the spline closes, and clamped otherwise.
 pub(crate) fn into_range(t: f64, (low, high): (f64, f64), closed: bool) -> f64 {
     if t >= low && t <= high {
         t
@@ -204,19 +205,19 @@ pub(crate) fn into_range(t: f64, (low, high): (f64, f64), closed: bool) -> f64 {
     }
 }
 
-/// The distinct knots inside the range, its ends among them.
+/// The distinct knots of the range, including its ends.
 pub(crate) fn distinct_knots(knots: &[f64], degree: usize, n_poles: usize) -> Vec<f64> {
     let mut inner = knots[degree..=n_poles].to_vec();
     inner.dedup();
     inner
 }
 
-/// Whether two points of a spline are one, measured by the spline's size.
+/// Whether two points of a spline coincide, relative to the spline's size.
 pub(crate) fn meets(gap: f64, size: f64) -> bool {
     gap <= 1e-7 * size
 }
 
-/// Whether a knot between the ends is as multiple as the degree, so that the derivative may jump there.
+/// Whether the multiplicity of a knot between the ends reaches the degree, so that the derivative may jump there.
 pub(super) fn jumps_at_a_knot(knots: &[f64], degree: usize) -> bool {
     let (Some(first), Some(last)) = (
         knots.get(degree),

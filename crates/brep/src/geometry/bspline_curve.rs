@@ -10,10 +10,10 @@ use super::types::BsplineCurve;
 use partprobe_shape::{Point, bounding_diagonal, distance};
 
 impl BsplineCurve {
-    /// The curve with these homogeneous poles and written-out knots; whether it closes is found here.
+    /// Makes a curve of homogeneous poles and written-out knots, and finds whether it closes.
     ///
     /// # Errors
-    /// Degree, counts, knots or weights that don't make a B-spline.
+    /// If the degree, the counts, the knots or the weights do not make a B-spline.
     pub fn new(degree: usize, knots: Vec<f64>, poles: Vec<[f64; 4]>) -> Result<Self, BsplineError> {
         check_knots(degree, poles.len(), &knots)?;
         check_poles(&poles)?;
@@ -71,7 +71,7 @@ impl BsplineCurve {
     }
 }
 
-/// The point of space that homogeneous coordinates stand for.
+/// The point in space with these homogeneous coordinates.
 pub(crate) fn position(pole: [f64; 4]) -> Point {
     [pole[0] / pole[3], pole[1] / pole[3], pole[2] / pole[3]]
 }

@@ -9,15 +9,15 @@ use super::bspline_curve::{position, projected_slope};
 use super::types::BsplineSurface;
 use partprobe_shape::{Point, bounding_diagonal, distance};
 
-/// Points at which two sides of a surface are compared.
+/// Number of points at which two sides of a surface are compared.
 const SIDE_SAMPLES: usize = 9;
 
 impl BsplineSurface {
-    /// The surface with these homogeneous poles (v running fastest) and written-out knots; each array holds
-    /// the value for u, then for v. Whether the surface closes is found here.
+    /// Makes a surface of homogeneous poles (v varies fastest) and written-out knots, and finds whether it closes. Each array
+    /// holds the value for u, then for v.
     ///
     /// # Errors
-    /// Degrees, counts, knots or weights that don't make a B-spline.
+    /// If the degrees, the counts, the knots or the weights do not make a B-spline.
     pub fn new(
         degree: [usize; 2],
         [knots_u, knots_v]: [Vec<f64>; 2],

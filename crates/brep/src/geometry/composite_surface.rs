@@ -5,15 +5,15 @@ use super::linear::scaled;
 use super::types::{CompositeSurface, SurfacePatch};
 use partprobe_shape::{Point, bounding_diagonal, distance};
 
-/// Points at which two sides of a composite are compared.
+/// Number of points at which two sides of a composite are compared.
 const SIDE_SAMPLES: usize = 9;
-/// Sides whose distance is below this fraction of the size meet.
+/// Two sides meet if their distance is below this fraction of the size.
 const MEETS: f64 = 1e-6;
 
 impl CompositeSurface {
-    /// The composite of these patches, v running fastest; whether it closes is found here.
+    /// Makes a composite of patches (v varies fastest), and finds whether it closes.
     ///
-    /// Returns `None` if the patches don't fill the grid.
+    /// Returns `None` if the patches do not fill the grid.
     pub(crate) fn new([n_u, n_v]: [usize; 2], patches: Vec<SurfacePatch>) -> Option<Self> {
         if patches.is_empty() || n_u.checked_mul(n_v) != Some(patches.len()) {
             return None;
@@ -62,7 +62,8 @@ impl CompositeSurface {
         [(0.0, self.n_u as f64), (0.0, self.n_v as f64)]
     }
 
-    /// Point, ∂u and ∂v at (u, v); beyond the ends a closed surface goes round, and another goes on with its last patch.
+    /// Point, ∂u and ∂v at (u, v). Beyond the ends, the parameters of a closed surface are wrapped. Any other surface continues
+    /// with its last patch.
     pub(crate) fn derivatives(&self, u: f64, v: f64) -> (Point, Point, Point) {
         let (patch, [u, v]) = self.at(u, v);
         let [span_u, span_v] = patch.spans();
@@ -82,7 +83,7 @@ impl CompositeSurface {
         ]
     }
 
-    /// The parameters of each patch's nearest point, where its own search for `p` ended inside it or was held at its side.
+    /// For each patch the parameters of the point nearest to `p`, limited to the patch.
     pub(crate) fn starts<'a>(&'a self, p: Point) -> impl Iterator<Item = [f64; 2]> + 'a {
         self.patches.iter().enumerate().map(move |(index, patch)| {
             let [s, t] = patch.fractions(patch.surface.project(p, None).uv);
@@ -120,7 +121,7 @@ impl CompositeSurface {
 }
 
 impl SurfacePatch {
-    /// Whether exactly one of the patch's parameters runs backwards, so that its normal is the other one.
+    /// Whether exactly one of the patch's parameters runs backwards. Then its normal is opposite to that of its surface.
     pub(crate) fn is_reversed(&self) -> bool {
         let [span_u, span_v] = self.spans();
         (span_u < 0.0) != (span_v < 0.0)
@@ -143,7 +144,7 @@ impl SurfacePatch {
         [self.end[0] - self.start[0], self.end[1] - self.start[1]]
     }
 
-    /// Where parameters of the patch's surface lie between the patch's ends, from 0 to 1.
+    /// Parameters of the patch's surface as fractions of the patch, from 0 to 1.
     fn fractions(&self, uv: [f64; 2]) -> [f64; 2] {
         let period = self.surface.period();
         [0, 1].map(|axis| {

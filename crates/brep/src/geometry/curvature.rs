@@ -7,10 +7,10 @@ use partprobe_shape::{Point, cross, dot, norm};
 /// The principal curvatures of a surface at a point, seen from one side of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Curvature {
-    /// The larger and the smaller curvature, in 1/mm; positive where the surface bends away from its normal, as a
-    /// ball does seen from outside.
+    /// The larger and the smaller curvature, in 1/mm. They are positive where the surface bends away from its normal, for example
+    /// on a ball with an outward normal.
     pub principal: [f64; 2],
-    /// The direction of each, unit vectors at a right angle; any pair where the two curvatures are equal.
+    /// The direction of each curvature: unit vectors at a right angle. If the two curvatures are equal, any pair is possible.
     pub directions: [Point; 2],
 }
 
@@ -27,7 +27,8 @@ impl Curvature {
 }
 
 impl Surface {
-    /// The principal curvatures against the normal `∂u × ∂v`; `None` if that normal is undefined, as at a cone's apex.
+    /// The principal curvatures relative to the normal `∂u × ∂v`. Returns `None` if this normal is undefined, as at a cone's
+    /// apex.
     #[must_use]
     pub fn curvature(&self, u: f64, v: f64) -> Option<Curvature> {
         match self {
@@ -45,7 +46,7 @@ impl Surface {
                     directions,
                 })
             }
-            // An offset keeps its basis' directions and moves the centers of curvature not at all.
+            // An offset has the same principal directions and the same centers of curvature as its basis.
             Self::Offset { basis, distance } => {
                 let Curvature {
                     principal,
@@ -61,7 +62,7 @@ impl Surface {
         }
     }
 
-    /// From the first and the second fundamental form.
+    /// The principal curvatures from the first and the second fundamental form.
     fn curvature_of_forms(&self, u: f64, v: f64) -> Option<Curvature> {
         let normal = self.unit_normal(u, v)?;
         let (_, du, dv) = self.derivatives(u, v);
@@ -155,7 +156,7 @@ mod tests {
             [2.0, FRAC_PI_2],
             [0.25, 0.25],
         );
-        // On a cone the normal's way to the axis is the radius over the cosine of the half angle.
+        // On a cone, the distance to the axis along the normal is the radius divided by the cosine of the half angle.
         let (radius, slope) = (3.0, 0.75);
         let cone = Surface::Cone {
             frame: frame(),
@@ -230,7 +231,8 @@ mod tests {
             let normal = surface.unit_normal(u, v).unwrap();
             let (point, h) = (surface.point(u, v), 1e-3);
             for (k, direction) in principal.iter().zip(directions) {
-                // The surface's points nearest to a step either way lie below the tangent plane by k·h²/2 each.
+                // After a step of length h in either direction, the nearest point of the surface lies k·h²/2 below the tangent
+                // plane.
                 let drop = |step: f64| {
                     let near = surface.project(along(point, direction, step), Some([u, v])).point;
                     let across = subtract(near, point);

@@ -7,7 +7,8 @@ use partprobe_shape::{Point, cross, distance, subtract};
 use std::f64::consts::TAU;
 
 impl Curve {
-    /// The point at parameter `t`; beyond the ends a bounded curve stays at its end, a closed one goes round.
+    /// The point at parameter `t`. Beyond the ends, a bounded curve stays at its end, and the parameter of a closed curve is
+    /// wrapped.
     #[must_use]
     pub fn point(&self, t: f64) -> Point {
         self.derivative(t).0
@@ -68,7 +69,7 @@ impl Curve {
         }
     }
 
-    /// The parameters between which the curve runs; `None` if it has no ends.
+    /// The parameters between which the curve runs. Returns `None` if it has no ends.
     #[must_use]
     pub fn range(&self) -> Option<(f64, f64)> {
         match self {
@@ -82,7 +83,7 @@ impl Curve {
         }
     }
 
-    /// The parameter's period where the curve closes.
+    /// The parameter's period. Returns `None` if the curve does not close.
     #[must_use]
     pub fn period(&self) -> Option<f64> {
         match self {
@@ -136,7 +137,7 @@ impl Curve {
         inner
     }
 
-    /// Polylines and composites count their pieces, so a parameter beyond the ends must be brought back.
+    /// The parameter of a polyline or a composite counts its pieces, so a parameter beyond the ends must be moved into the range.
     fn wrapped(&self, t: f64) -> f64 {
         let (low, high) = self.range().unwrap_or((0.0, 0.0));
         if (low..=high).contains(&t) {

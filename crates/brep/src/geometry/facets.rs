@@ -9,14 +9,15 @@ use partprobe_shape::{Point, cross, dot, norm, subtract};
 
 /// The triangles of one face, counter-clockwise seen against the face's normal.
 ///
-/// Invariant: there is a triangle, every index is one of `points`, and there is no normal or one for each point.
+/// Invariant: there is at least one triangle, every index is one of `points`, and there are either no normals or one normal per
+/// point.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Facets {
     /// Points in millimeters.
     pub points: Vec<Point>,
     /// Indices of the corners.
     pub triangles: Vec<[u32; 3]>,
-    /// What the file says of the normals at the points; not normalized.
+    /// The normals at the points as the file gives them. They are not normalized.
     pub normals: Vec<Point>,
 }
 
@@ -35,7 +36,7 @@ impl Facets {
         [(0.0, 2.0 * self.triangles.len() as f64 - 1.0), (0.0, 1.0)]
     }
 
-    /// The parameters of the nearest point. Cost: a look at every triangle.
+    /// The parameters of the nearest point. Every triangle is tested.
     pub(crate) fn nearest(&self, p: Point) -> [f64; 2] {
         let mut best = (f64::INFINITY, [0.0; 2]);
         for triangle in 0..self.triangles.len() {
@@ -63,7 +64,7 @@ impl Facets {
             .sum()
     }
 
-    /// The mean normal of the triangles at each point, by area; not normalized.
+    /// The mean normal of the triangles at each point, weighted by area and not normalized.
     pub(crate) fn mean_normals(&self) -> Vec<Point> {
         let mut normals = vec![[0.0; 3]; self.points.len()];
         for (triangle, corners) in self.triangles.iter().enumerate() {
@@ -75,7 +76,7 @@ impl Facets {
         normals
     }
 
-    /// The largest angle between two triangles that share a side, in degrees; 0 of a single triangle.
+    /// The largest angle between two triangles that share a side, in degrees. It is 0 for a single triangle.
     pub(crate) fn largest_bend_deg(&self) -> f64 {
         let mut sides: Vec<([u32; 2], usize)> = Vec::with_capacity(3 * self.triangles.len());
         for (triangle, &[a, b, c]) in self.triangles.iter().enumerate() {

@@ -5,9 +5,10 @@ use super::types::Frame;
 use partprobe_shape::{Point, cross, dot, subtract};
 
 impl Frame {
-    /// The frame with third axis `z` and a first axis as near to `x` as a right angle to `z` allows.
+    /// The frame with the third axis `z`, and with the first axis at a right angle to `z` and as near to `x` as possible.
     ///
-    /// A missing or null `z` is the third axis of space; an `x` that is missing or parallel to `z` is chosen.
+    /// If `z` is missing or zero, it is the third axis of space. If `x` is missing or parallel to `z`, another direction is
+    /// chosen for it.
     #[must_use]
     pub fn new(origin: Point, z: Option<Point>, x: Option<Point>) -> Self {
         let z = z.and_then(unit).unwrap_or([0.0, 0.0, 1.0]);

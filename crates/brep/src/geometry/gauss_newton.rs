@@ -1,35 +1,35 @@
 //! Searches the nearest point of a surface with the damped Gauss–Newton method on both parameters.
 //!
-//! Each step solves the normal equations of the tangent plane (compare *The NURBS Book*, section 6.1); a step that leads away is
-//! shortened. Parameters stay inside the bounds of the surface.
+//! Each step solves the normal equations of the tangent plane (compare *The NURBS Book*, section 6.1). A step that increases the
+//! distance is shortened. Parameters stay inside the bounds of the surface.
 
 use super::types::Surface;
 use partprobe_shape::{Point, cross, distance, dot, subtract};
 
-/// Where a point lies on a surface, and how far from it.
+/// The nearest point of a surface to a given point, and the distance between them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Projection {
     /// Parameters of the nearest point.
     pub uv: [f64; 2],
-    /// Its distance.
+    /// The distance of the nearest point.
     pub distance: f64,
     /// The nearest point.
     pub point: Point,
-    /// ∂u and ∂v there.
+    /// ∂u and ∂v at the nearest point.
     pub tangents: [Point; 2],
 }
 
-/// A seeded search that ends nearer than this fraction of the surface's size is believed.
+/// The result of a search from a seed is accepted if its distance is below this fraction of the surface's size.
 pub(super) const BELIEVED: f64 = 1e-6;
 
-/// A step by less than this fraction of the parameters' extent is the last one.
+/// The search ends after a step that is smaller than this fraction of the parameters' extent.
 const LAST_STEP: f64 = 1e-9;
 
 pub(super) fn nearer(a: Projection, b: Projection) -> Projection {
     if b.distance < a.distance { b } else { a }
 }
 
-/// The point at parameters, as if `p` had been projected there.
+/// The point at given parameters, as a projection of `p`.
 pub(super) fn foot(surface: &Surface, p: Point, uv: [f64; 2]) -> Projection {
     let (point, du, dv) = surface.derivatives(uv[0], uv[1]);
     Projection {
@@ -40,12 +40,12 @@ pub(super) fn foot(surface: &Surface, p: Point, uv: [f64; 2]) -> Projection {
     }
 }
 
-/// Damped Gauss–Newton on both parameters from a point of the surface.
+/// The damped Gauss–Newton method on both parameters, from a point of the surface.
 pub(super) fn newton(surface: &Surface, p: Point, start: [f64; 2]) -> Projection {
     newton_from(surface, p, foot(surface, p, start))
 }
 
-/// The same from a point that is evaluated already; held inside the surface's bounds.
+/// The same from a point that is already evaluated. The parameters stay inside the surface's bounds.
 pub(super) fn newton_from(surface: &Surface, p: Point, start: Projection) -> Projection {
     let (period, range, extent) = (surface.period(), surface.range(), surface.extent());
     let held = |x: f64, axis: usize| match (period[axis], range[axis]) {
@@ -64,7 +64,7 @@ pub(super) fn newton_from(surface: &Surface, p: Point, start: Projection) -> Pro
         let Some(step) = gauss_newton_step(best, p, is_held) else {
             break;
         };
-        // Steps shrink quadratically: behind one this small nothing is left to gain, not even by looking there.
+        // Steps shrink quadratically. After such a small step nothing can be gained, so the surface is not evaluated again.
         if (0..2).all(|axis| step[axis].abs() <= LAST_STEP * extent[axis]) {
             best.uv = moved(best.uv, step, 1.0);
             break;
@@ -81,7 +81,7 @@ pub(super) fn newton_from(surface: &Surface, p: Point, start: Projection) -> Pro
     best
 }
 
-/// The step of least squares; a parameter that its bound holds back is left out.
+/// The least-squares step. A parameter that is held at its bound is left out.
 fn gauss_newton_step(
     from: Projection,
     p: Point,

@@ -21,14 +21,14 @@ pub(crate) fn along(from: Point, direction: Point, t: f64) -> Point {
     ]
 }
 
-/// The vector at length 1; `None` if it has no direction.
+/// The vector scaled to length 1. Returns `None` if it has no direction.
 pub(crate) fn unit(a: Point) -> Option<Point> {
     let length = norm(a);
-    // Subnormal lengths lose the direction's digits.
+    // The direction of a vector with a subnormal length loses digits.
     (length > 1e-290 && length.is_finite()).then(|| scaled(a, 1.0 / length))
 }
 
-/// Three coordinates, none of them infinite or NaN.
+/// Whether no coordinate is infinite or NaN.
 pub(crate) fn is_finite(a: Point) -> bool {
     a.iter().all(|x| x.is_finite())
 }

@@ -2,14 +2,14 @@
 
 use partprobe_shape::{Point, dot};
 
-/// How many local minima of the samples are followed.
+/// Largest number of local minima of the samples from which a search starts.
 const MINIMA: usize = 3;
-/// Steps after which a bracketed search stops; bisection alone reaches rounding in as many.
+/// Number of steps after which a bracketed search stops. In this number of steps, bisection alone reaches the rounding error.
 const STEPS: usize = 60;
 
-/// Minimizes `|r(t)|²` over the span of `samples` (ascending); `residual` gives `r` and `dr/dt`.
+/// Minimizes `|r(t)|²` over the range of `samples` (in ascending order). `residual` returns `r` and `dr/dt`.
 ///
-/// The samples must lie so close that each minimum that counts has a sample of its own beside it.
+/// The samples must be so dense that each relevant minimum has its own nearest sample.
 pub(crate) fn nearest_parameter(samples: &[f64], residual: impl Fn(f64) -> (Point, Point)) -> f64 {
     let values: Vec<f64> = samples.iter().map(|&t| squared(residual(t).0)).collect();
     let is_minimum = |&i: &usize| {
@@ -23,7 +23,7 @@ pub(crate) fn nearest_parameter(samples: &[f64], residual: impl Fn(f64) -> (Poin
         if values[i] < best.0 {
             best = (values[i], samples[i]);
         }
-        // Each side alone: at a sample the curve may have a corner, and then two slopes.
+        // Each side of a sample is searched separately, because the curve may have a corner at the sample and thus two slopes.
         for ends in samples[i.saturating_sub(1)..(i + 2).min(samples.len())].windows(2) {
             let found = descend(ends[0], ends[1], 0.5 * (ends[0] + ends[1]), &residual);
             if found.0 < best.0 {
@@ -34,8 +34,8 @@ pub(crate) fn nearest_parameter(samples: &[f64], residual: impl Fn(f64) -> (Poin
     best.1
 }
 
-/// Newton's method (Gauss's variant) between `low` and `high`, with bisection where it would leave them.
-/// Returns the squared residual and its parameter.
+/// Gauss–Newton method between `low` and `high`, with bisection if a step would leave this interval. Returns the squared residual
+/// and its parameter.
 fn descend(
     mut low: f64,
     mut high: f64,
@@ -70,7 +70,7 @@ fn descend(
     best
 }
 
-/// Newton's method from a seed without bounds; the squared residual and its parameter.
+/// Gauss–Newton method from a seed, without bounds. Returns the squared residual and its parameter.
 pub(crate) fn follow_seed(seed: f64, residual: impl Fn(f64) -> (Point, Point)) -> (f64, f64) {
     let mut t = seed;
     let mut best = (f64::INFINITY, seed);

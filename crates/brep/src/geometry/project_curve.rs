@@ -24,7 +24,7 @@ impl Curve {
         }
     }
 
-    /// Parameters so dense that the nearest point to any point near `p` lies beside one of them.
+    /// Parameters that are dense enough for the search of the nearest point to any point near `p`.
     pub(crate) fn samples(&self, p: Point) -> Vec<f64> {
         if let Some((low, high)) = self.range() {
             let mut knots = vec![low];
@@ -41,7 +41,7 @@ impl Curve {
         between(&[middle - reach, middle, middle + reach], 32)
     }
 
-    /// The stretch of an unbounded curve in which the nearest point to `p` lies.
+    /// The interval of an unbounded curve that contains the nearest point to `p`.
     pub(super) fn window(&self, p: Point) -> (f64, f64) {
         match self {
             Self::Line { origin, direction } => {
@@ -59,7 +59,7 @@ impl Curve {
     }
 }
 
-/// Divides each stretch between two knots into equal steps.
+/// Divides each interval between two knots into equal steps.
 fn between(knots: &[f64], per_piece: usize) -> Vec<f64> {
     let mut samples = Vec::with_capacity(knots.len() * per_piece);
     for ends in knots.windows(2) {

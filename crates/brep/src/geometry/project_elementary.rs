@@ -2,9 +2,9 @@
 
 use partprobe_shape::Point;
 
-/// The foot on a cone (slope 0: a cylinder), along its normal.
+/// The parameters of the foot on a cone, along its normal. If the slope is 0, the surface is a cylinder.
 ///
-/// A cone goes on behind its apex, where its radius is negative, and some files use that nappe.
+/// A cone continues behind its apex, where its radius is negative, and some files use that nappe.
 pub(super) fn on_cone([x, y, z]: Point, radius: f64, slope: f64) -> [f64; 2] {
     let out = libm::hypot(x, y);
     let gap = |reach: f64| (reach - radius - z * slope).abs();
@@ -22,7 +22,7 @@ pub(super) fn on_cone([x, y, z]: Point, radius: f64, slope: f64) -> [f64; 2] {
 pub(super) fn on_torus([x, y, z]: Point, major: f64, minor: f64) -> [f64; 2] {
     let out = libm::hypot(x, y);
     let v = libm::atan2(z, out - major);
-    // A lemon's inner sheet ends at its tips.
+    // If the torus meets itself, each of its sheets ends at the tips.
     let end = if major.abs() < minor {
         libm::acos(-major / minor)
     } else {

@@ -12,38 +12,39 @@ use super::types::{BsplineSurface, CompositeSurface, Surface};
 use partprobe_shape::{Point, distance, norm};
 use std::cell::{Cell, OnceCell};
 
-/// It is also believed if it ends hardly farther than a search everywhere did before, up to this fraction: some
-/// files' edges lie beside their surfaces.
+/// The result of a search from a seed is also accepted if its distance is hardly larger than that of earlier full searches, up to
+/// this fraction of the surface's size. Such results occur because in some files the edges lie off their surfaces.
 const STILL_BELIEVED: f64 = 1e-3;
-/// The same after a search from the cells.
+/// The same fraction after a search from the cells of the grid.
 const CONFIRMED_BELIEVED: f64 = 1e-2;
 
-/// A point that is farther from the surface than this fraction of its size is not the end of a sloppy edge: the search stood still.
+/// If a distance exceeds this fraction of the surface's size, an imprecise edge does not explain it: the search has stopped too
+/// early.
 const SLOPPY: f64 = 1e-4;
 
-/// A search from the cells that leaves more than this fraction of a distance found nothing new.
+/// A search from the cells found nothing new if its distance is more than this fraction of the previous distance.
 const FRUITLESS: f64 = 0.9;
-/// After it, points up to so many times as far away are believed.
+/// After such a search, distances up to this multiple are accepted.
 const HARDLY_FARTHER: f64 = 1.25;
 
-/// A tangent nearly vanishes if it reaches less far than this fraction of the other.
+/// A tangent nearly vanishes if it is shorter than this fraction of the other one, over the extent of the parameters.
 const VANISHES: f64 = 0.02;
-/// How far beside such a point a search starts again, in fractions of the parameter's extent.
+/// Offsets from such a point at which a search starts again, as fractions of the parameter's extent.
 const NUDGES: [f64; 6] = [0.01, -0.01, 0.05, -0.05, 0.2, -0.2];
 
-/// A surface made ready for many projections: the grid of a B-spline is computed once, when it is first needed.
+/// A surface that is prepared for many projections. The grid of a B-spline is computed once, when it is first needed.
 pub(crate) struct Projector<'a> {
     surface: &'a Surface,
     grid: OnceCell<Grid>,
-    /// The largest distance at which a search everywhere ended.
+    /// The largest distance at which a full search ended.
     gap: Cell<f64>,
-    /// Up to this distance a search from the cells is known to find nothing nearer.
+    /// Up to this distance, a search from the cells is known to find nothing nearer.
     confirmed: Cell<f64>,
 }
 
 impl Surface {
-    /// The parameters of the point nearest to `p`; a seed near them makes the search faster and keeps it on
-    /// its branch. For many points of one surface a `Projector` is cheaper.
+    /// Finds the point nearest to `p`. A seed near its parameters makes the search faster and keeps it on the same branch. For
+    /// many points of one surface, a `Projector` is cheaper.
     #[must_use]
     pub fn project(&self, p: Point, seed: Option<[f64; 2]>) -> Projection {
         Projector::new(self).project(p, seed)
@@ -51,7 +52,7 @@ impl Surface {
 }
 
 impl<'a> Projector<'a> {
-    /// Makes a surface ready; costs nothing yet.
+    /// Makes a projector. Nothing is computed yet.
     pub(crate) fn new(surface: &'a Surface) -> Self {
         Self {
             surface,
@@ -66,7 +67,7 @@ impl<'a> Projector<'a> {
         self.surface
     }
 
-    /// The parameters of the point nearest to `p`; see [`Surface::project`].
+    /// Finds the point nearest to `p`, as [`Surface::project`] does.
     pub(crate) fn project(&self, p: Point, seed: Option<[f64; 2]>) -> Projection {
         match (self.surface, seed) {
             (Surface::Bspline(spline), None) => self.on_bspline(spline, p, None),
@@ -77,7 +78,7 @@ impl<'a> Projector<'a> {
         }
     }
 
-    /// The same for a point near one that has been projected: what is known there saves an evaluation.
+    /// The same for a point near one that has already been projected. Its known values save one evaluation.
     pub(crate) fn project_beside(&self, p: Point, neighbor: Option<Projection>) -> Projection {
         match (self.surface, neighbor) {
             (Surface::Bspline(spline), Some(neighbor)) => {
@@ -128,7 +129,8 @@ impl<'a> Projector<'a> {
     }
 
     fn on_offset(&self, basis: &Surface, p: Point, seed: Option<[f64; 2]>) -> Projection {
-        // The foot on the basis is the foot on the offset, but for rounding and curvature.
+        // The foot on the offset has nearly the parameters of the foot on the basis. Only rounding and curvature make a
+        // difference.
         let start = seed.unwrap_or_else(|| basis.project(p, None).uv);
         let found = newton(self.surface, p, start);
         if seed.is_none() || self.is_believed(found) {
@@ -192,7 +194,8 @@ impl<'a> Projector<'a> {
         best
     }
 
-    /// The same search from beside a point where a tangent nearly vanishes, as where poles coincide: there it stands still.
+    /// Repeats the search from points near one where a tangent nearly vanishes, for example because poles coincide. The search
+    /// stops at such a point.
     fn nudged(&self, p: Point, stuck: Projection) -> Projection {
         let extent = self.surface.extent();
         let reach = [0, 1].map(|axis| norm(stuck.tangents[axis]) * extent[axis]);
@@ -208,11 +211,12 @@ impl<'a> Projector<'a> {
         NUDGES.iter().map(start).fold(stuck, nearer)
     }
 
-    /// The same search from the middles of the cells that may hold the point. At a kink a search stands still, since it sees the
-    /// tangents of one side only, and so it does where poles coincide and the surface has no extent. It may also have ended at
-    /// the nearest point of another sheet.
+    /// Repeats the search from the middles of the cells that may hold the point. A search stops at a kink, because it uses the
+    /// tangents of one side only. It also stops where poles coincide and the surface has no extent. It may also have ended at the
+    /// nearest point of another sheet.
     ///
-    /// If this finds nothing nearer, then the edge truly lies beside the surface: points no farther away are not searched again.
+    /// If this finds nothing nearer, the edge does lie off the surface. Then points that are not farther away are not searched
+    /// again.
     fn search_cells(&self, grid: &Grid, p: Point, stuck: Projection) -> Projection {
         let mut best = stuck;
         for start in grid.cells_near(p) {
@@ -228,8 +232,8 @@ impl<'a> Projector<'a> {
         best
     }
 
-    /// Whether a point is near enough to be the right one. How far an edge lies beside its surface is known from searches
-    /// everywhere; `confirmed` comes from the more thorough ones, so that it may reach farther.
+    /// Whether a point is near enough to be the right one. Full searches have shown how far edges lie off this surface. The
+    /// distance `confirmed` comes from the more thorough searches, so it may be larger.
     fn is_believed(&self, found: Projection) -> bool {
         let size = self.size_at(found);
         let by_gap = (2.0 * self.gap.get()).min(STILL_BELIEVED * size);
@@ -241,8 +245,8 @@ impl<'a> Projector<'a> {
         found.distance <= BELIEVED * self.size_at(found)
     }
 
-    /// The size that the tangents at a point give the surface. Where it runs fast, that is more than its true size, which
-    /// counts once it is known.
+    /// The size of the surface, estimated from the tangents at a point. Where the parameters are fast, this is more than the true
+    /// size, so the true size is used when it is known.
     fn size_at(&self, found: Projection) -> f64 {
         let extent = self.surface.extent();
         let size = (norm(found.tangents[0]) * extent[0]).max(norm(found.tangents[1]) * extent[1]);

@@ -6,7 +6,7 @@ use super::nearest::{follow_seed, nearest_parameter, squared};
 use super::types::{Curve, Frame};
 use partprobe_shape::{Point, dot, norm, subtract};
 
-/// Two points of a revolved curve give one circle if their squared distance is below this fraction of the squared size.
+/// Two points of a revolved curve give the same circle if their squared distance is below this fraction of the squared size.
 const COVERED_TWICE: f64 = 1e-16;
 
 pub(super) fn on_extrusion(
@@ -58,10 +58,10 @@ struct RevolvedPoint<'a> {
     out: f64,
 }
 
-/// Where the search on one side of the axis ended.
+/// The result of the search on one side of the axis.
 #[derive(Clone, Copy)]
 struct MeridianFoot {
-    /// What is missing to the point: outward, and along the axis.
+    /// The vector from the foot to the point: outward, and along the axis.
     gap: Point,
     v: f64,
 }
@@ -78,7 +78,7 @@ impl<'a> RevolvedPoint<'a> {
         }
     }
 
-    /// The parameter of the curve at which its circle comes nearest to the point.
+    /// The parameter of the curve whose circle is nearest to the point.
     fn along_meridian(&self, seed: Option<f64>) -> f64 {
         let residual = |t: f64| self.to_circle(t);
         if let Some(v) = near_seed(self.curve, seed, residual) {
@@ -90,7 +90,7 @@ impl<'a> RevolvedPoint<'a> {
         }
     }
 
-    /// What is missing between the point and the circle of a curve point, outward and along the axis, with its slope.
+    /// The difference between the point and the circle of a curve point, outward and along the axis, and its derivative.
     fn to_circle(&self, t: f64) -> (Point, Point) {
         let axis = self.axis;
         let (point, slope) = self.curve.derivative(t);
@@ -108,9 +108,10 @@ impl<'a> RevolvedPoint<'a> {
         )
     }
 
-    /// The nearest parameter of a meridian in one plane with the axis, which leaves the axis in the direction `toward`.
+    /// The nearest parameter of a meridian that lies in one plane with the axis. The plane leaves the axis in the direction
+    /// `toward`.
     ///
-    /// Such a meridian may cross the axis, and each side has a nearest point of its own.
+    /// Such a meridian may cross the axis. Then each side has its own nearest point.
     fn on_plane_meridian(&self, toward: Point) -> f64 {
         let samples = self.curve.samples(self.p);
         let [here, beyond] =
@@ -128,7 +129,7 @@ impl<'a> RevolvedPoint<'a> {
         }
     }
 
-    /// The nearest parameter to the point with this distance from the axis; a negative one lies beyond the axis.
+    /// The parameter nearest to the point at the distance `out` from the axis. A negative distance is beyond the axis.
     fn foot_in_plane(&self, samples: &[f64], toward: Point, out: f64) -> MeridianFoot {
         let axis = self.axis;
         let residual = |t: f64| {
@@ -146,11 +147,11 @@ impl<'a> RevolvedPoint<'a> {
         }
     }
 
-    /// Whether both sides of the curve give one circle.
+    /// Whether both sides of the curve give the same circle.
     ///
-    /// A closed curve that the axis cuts into equal halves covers its surface twice, with opposite normals. The meridian is
-    /// then the half in which the curve's parameter begins; exporters begin it at the equator. That does not depend on how far
-    /// from the surface the point lies: it may be nearer to either half by an ulp.
+    /// A closed curve that the axis cuts into equal halves covers its surface twice, with opposite normals. The meridian is then
+    /// the half in which the curve's parameter begins. Exporters begin it at the equator. The distance of the point does not
+    /// decide, because rounding may make it nearer to either half.
     fn is_covered_twice(&self, gap: Point, gap_beyond: Point) -> bool {
         let size = squared(subtract(self.p, self.axis.origin)).max(self.out * self.out);
         let apart = [gap[0] + gap_beyond[0], gap[1] - gap_beyond[1], 0.0];
@@ -163,7 +164,7 @@ impl<'a> RevolvedPoint<'a> {
         dot(subtract(self.curve.point(start), self.axis.origin), toward) < 0.0
     }
 
-    /// The angle by which the curve must turn to reach the point.
+    /// The angle by which the curve must be rotated to reach the point.
     fn around_axis(&self, v: f64) -> f64 {
         let [x, y, _] = self.local;
         let [cx, cy, _] = self.axis.local(self.curve.point(v));
@@ -177,7 +178,7 @@ impl<'a> RevolvedPoint<'a> {
     }
 }
 
-/// The best parameter of a profile curve: near the seed if that fits, else anywhere on the curve.
+/// The best parameter of a profile curve. If the result near the seed does not fit, the whole curve is searched.
 pub(super) fn along_curve(
     curve: &Curve,
     p: Point,
@@ -188,7 +189,7 @@ pub(super) fn along_curve(
         .unwrap_or_else(|| nearest_parameter(&curve.samples(p), residual))
 }
 
-/// The parameter to which a seed leads, if the point is believed.
+/// The parameter to which a seed leads. Returns `None` if the point there is not accepted.
 pub(super) fn near_seed(
     curve: &Curve,
     seed: Option<f64>,
@@ -204,7 +205,7 @@ pub(super) fn near_seed(
     (inside && squared_distance.sqrt() <= BELIEVED * size).then_some(t)
 }
 
-/// The direction in which a meridian leaves the axis, where it lies in one plane with it.
+/// The direction in which a meridian leaves the axis. Returns `None` if they do not lie in one plane.
 pub(super) fn meridian_direction(axis: &Frame, curve: &Curve, p: Point) -> Option<Point> {
     let arms: Vec<[f64; 2]> = curve
         .samples(p)

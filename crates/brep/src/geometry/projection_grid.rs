@@ -4,13 +4,13 @@ use super::nearest::squared;
 use super::types::BsplineSurface;
 use partprobe_shape::{Point, bounding_diagonal, cross, subtract};
 
-/// Grid points from which Newton's method starts.
+/// Number of grid points from which the Gauss–Newton method starts.
 const STARTS: usize = 5;
 
-/// Cells of the grid from whose middles it starts again if that failed.
+/// Number of cells of the grid from whose middles it starts again if the first searches failed.
 const CELLS: usize = 8;
 
-/// Most grid points along one direction.
+/// Largest number of grid points along one direction.
 const MAX_GRID: usize = 160;
 
 pub(super) struct Grid {
@@ -18,7 +18,7 @@ pub(super) struct Grid {
     pub(super) v: Vec<f64>,
     /// `points[i * v.len() + j]`.
     pub(super) points: Vec<Point>,
-    /// The diagonal of the points' box.
+    /// The diagonal of the bounding box of the points.
     pub(super) size: f64,
 }
 
@@ -33,7 +33,7 @@ impl Grid {
         Self { u, v, points, size }
     }
 
-    /// The middles of the cells whose boxes are nearest to `p`, nearest first; cells without extent are left out.
+    /// The middles of the cells whose boxes are nearest to `p`, the nearest first. Cells without an extent are left out.
     pub(super) fn cells_near(&self, p: Point) -> Vec<[f64; 2]> {
         let n_v = self.v.len();
         let mut cells = Vec::new();
@@ -96,7 +96,7 @@ impl Grid {
     }
 }
 
-/// Parameters between the knots: many in a spline of few spans, at most [`MAX_GRID`] in any.
+/// Parameters between the knots. A spline with few spans gets many per span. The number is limited to [`MAX_GRID`].
 fn grid_lines(breaks: &[f64]) -> Vec<f64> {
     let spans = breaks.len() - 1;
     let per_span = if spans <= 3 {

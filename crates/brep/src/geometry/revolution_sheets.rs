@@ -1,26 +1,27 @@
 //! Splits a surface of revolution that meets itself into its two sheets.
 //!
-//! A circle that crosses the axis of revolution gives an apple and a lemon inside it. They meet at the tips, where each has a
-//! boundary. Taken as one surface with two periods, they would have no boundary.
+//! A circle that crosses the axis of revolution gives an apple and a lemon inside it. They meet at the tips, where each of them
+//! has a boundary. As one surface with two periods, they would have no boundary.
 
 use super::project_sweep::meridian_direction;
 use super::types::{CompositeSegment, Curve, Frame, Surface};
 use partprobe_shape::{Point, distance, dot, subtract};
 
 /// A point of a curve is beyond the axis if it lies farther behind it than this fraction of the farthest point: a curve may begin
-/// on the axis, but for rounding.
+/// on the axis except for rounding.
 const BEYOND: f64 = 1e-12;
-/// Points of one sheet that must lie on the other, and how near, as a fraction of the sheet's size.
+/// Number of intervals on one sheet whose ends must lie on the other sheet, and the tolerance as a fraction of the sheet's size.
 const COMPARED: usize = 7;
 const SAME: f64 = 1e-7;
-/// How far behind its beginning a curve is asked in which half it runs, in periods: it may begin on the axis.
+/// The half in which a curve begins is determined this far after its beginning, in periods, because the curve may begin on the
+/// axis.
 const BEHIND_BEGINNING: f64 = 0.05;
 
-/// Halvings of the stretch of a curve in which it crosses the axis: more than a float's digits.
+/// Number of times that the interval in which a curve crosses the axis is halved. This is more than a float has binary digits.
 const HALVINGS: usize = 60;
 
-/// What each of the two arcs between a closed curve's crossings of the axis turns into, with the curve's own direction; none
-/// where it doesn't lie in one plane with the axis, or doesn't cross it twice.
+/// The surfaces of revolution of the two arcs of a closed curve between its crossings of the axis. The arcs keep the direction of
+/// the curve. Returns `None` if the curve does not lie in one plane with the axis, or does not cross it twice.
 pub(crate) fn revolution_sheets(axis: &Frame, curve: &Curve) -> Option<[Surface; 2]> {
     let period = curve.period()?;
     let toward = meridian_direction(axis, curve, axis.origin)?;
@@ -42,10 +43,10 @@ pub(crate) fn revolution_sheets(axis: &Frame, curve: &Curve) -> Option<[Surface;
     Some([sheet(first, second), sheet(second, first + period)])
 }
 
-/// The half of a closed curve that is meant, revolved, if both halves turn into the same surface: an ellipse about its own axis.
-/// Returns `None` if they differ.
+/// The surface of revolution of one half of a closed curve, if both halves give the same surface, as for an ellipse around its
+/// own axis. Returns `None` if the two surfaces differ.
 ///
-/// `inside` is a parameter of the half that is meant. Without it, that is the half in which the curve begins.
+/// `inside` is a parameter of the half that is used. Without it, the half in which the curve begins is used.
 pub(crate) fn half_of_covered_twice(
     axis: &Frame,
     curve: &Curve,
@@ -77,7 +78,7 @@ pub(crate) fn half_of_covered_twice(
     Some(if holds_inside(&one) { one } else { other })
 }
 
-/// Where `reach` changes its sign along a closed curve.
+/// The parameters at which `reach` changes its sign along a closed curve.
 fn crossings(curve: &Curve, reach: impl Fn(Point) -> f64) -> Vec<f64> {
     let parameters = curve.samples([0.0; 3]);
     let reach = |t: f64| reach(curve.point(t));
@@ -149,7 +150,8 @@ mod tests {
     #[test]
     fn an_ellipse_about_its_own_axis_is_covered_once() {
         let axis = Frame::new([0.0; 3], Some([0.0, 0.0, 1.0]), Some([1.0, 0.0, 0.0]));
-        // From the equator upward, or from the lower pole; outward in the half that is meant.
+        // The curve begins at the equator and rises, or begins at the lower pole. The half that is used lies on the side of
+        // positive x.
         for (begins_at, rx, ry) in [([1.0, 0.0, 0.0], 2.0, 3.0), ([0.0, 0.0, -1.0], 3.0, 2.0)] {
             let frame = Frame::new([0.0; 3], Some([0.0, -1.0, 0.0]), Some(begins_at));
             let curve = Curve::Ellipse { frame, rx, ry };

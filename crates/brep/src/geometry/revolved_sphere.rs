@@ -1,7 +1,7 @@
-//! Recognizes spheres that a file writes as surfaces of revolution of a circle around a point of the axis.
+//! Recognizes spheres that a file writes as a revolved circle whose center lies on the axis.
 //!
-//! A whole circle covers its sphere twice, with opposite normals, and its parameter passes through both poles. As a sphere the
-//! surface has neither defect.
+//! A whole circle covers its sphere twice, with opposite normals, and its parameter passes through both poles. A sphere has
+//! neither of these defects.
 
 use super::types::{Curve, Frame, Surface};
 use partprobe_shape::{cross, dot, norm, subtract};
@@ -10,12 +10,13 @@ use partprobe_shape::{cross, dot, norm, subtract};
 const CENTERED: f64 = 1e-7;
 /// A circle that begins nearer to the axis than this fraction of its radius begins at a pole.
 const AT_POLE: f64 = 1e-6;
-/// How far behind a pole a circle is asked which half it enters, in radians.
+/// The half that a circle enters at a pole is determined at this angle after the pole, in radians.
 const BEHIND_POLE: f64 = 0.5;
 
-/// The sphere, and whether the normal of the revolved curve leaves its center. `None` if the curve turns into something else.
+/// The sphere, and whether the normal of the revolved surface points away from its center. Returns `None` if the surface is not a
+/// sphere.
 ///
-/// `inside` is a parameter in the half of the circle that is meant. Without it, that is the half in which the circle begins.
+/// `inside` is a parameter in the half of the circle that is used. Without it, the half in which the circle begins is used.
 pub(crate) fn revolved_sphere(
     axis: &Frame,
     curve: &Curve,

@@ -5,10 +5,10 @@ use super::linear::{along, scaled};
 use super::types::{BsplineCurve, BsplineSurface, CompositeSegment, Curve, Frame, Surface};
 use partprobe_shape::{Point, dot, subtract};
 
-/// Functions that are not zero in one span, at most.
+/// Largest number of functions that are not zero in one span.
 const N: usize = MAX_DEGREE + 1;
 
-/// Step of the differences where there is no closed form, as a fraction of the parameters' extent.
+/// Step of the differences if there is no closed form, as a fraction of the parameters' extent.
 const STEP: f64 = 1e-4;
 
 impl Curve {
@@ -59,7 +59,7 @@ impl BsplineCurve {
             )
         };
         let (value, first, second) = (sum(&basis.value), sum(&basis.slope), sum(&second));
-        // The quotient rule once more.
+        // The quotient rule, applied a second time.
         let bent = along(
             along(position(second), slope, -2.0 * first[3]),
             point,
@@ -185,7 +185,7 @@ impl BsplineSurface {
         ]
     }
 
-    /// The homogeneous sum of the poles from `first` on, weighted by the products of functions of u and of v.
+    /// The homogeneous sum of the poles beginning at `first`, weighted by the products of functions of u and of v.
     fn sum(&self, first: [usize; 2], along_u: &[f64; N], along_v: &[f64; N]) -> [f64; 4] {
         let rows = (0..=self.degree_u).flat_map(|i| (0..=self.degree_v).map(move |j| (i, j)));
         weighted(rows.map(|(i, j)| {
@@ -195,24 +195,24 @@ impl BsplineSurface {
     }
 }
 
-/// A point of a rational surface with its weight, which divides the homogeneous coordinates.
+/// A point of a rational surface, and its weight, by which the homogeneous coordinates are divided.
 struct Quotient {
     point: Point,
     weight: f64,
 }
 
-/// The derivatives by one parameter.
+/// The derivatives with respect to one parameter.
 #[derive(Clone, Copy)]
 struct Slope {
     tangent: Point,
-    /// Of the weight.
+    /// The derivative of the weight.
     weight: f64,
 }
 
 impl Quotient {
-    /// The second derivative by two parameters, from that of the homogeneous coordinates.
+    /// The second derivative with respect to two parameters, from that of the homogeneous coordinates.
     ///
-    /// The quotient rule once more: (A'' − w'·S' − w'·S' − w''·S) / w.
+    /// The quotient rule, applied a second time: (A'' − w'·S' − w'·S' − w''·S) / w.
     fn second(&self, second: [f64; 4], a: Slope, b: Slope) -> Point {
         let bent = along(
             along(position(second), b.tangent, -a.weight),
@@ -229,7 +229,7 @@ fn weighted(poles: impl Iterator<Item = ([f64; 4], f64)>) -> [f64; 4] {
     })
 }
 
-/// The first three of homogeneous coordinates.
+/// The first three homogeneous coordinates.
 fn position(homogeneous: [f64; 4]) -> Point {
     [homogeneous[0], homogeneous[1], homogeneous[2]]
 }
@@ -239,7 +239,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// Second derivatives are what the first ones change by.
+    /// Checks second derivatives against differences of the first ones.
     #[track_caller]
     fn check_surface(surface: &Surface, [u, v]: [f64; 2]) {
         let h = 1e-5;
@@ -267,7 +267,7 @@ mod tests {
         )
     }
 
-    /// A rational patch with weights and knots of its own.
+    /// A rational patch with different weights and uneven knots.
     fn patch() -> Surface {
         let poles = (0..4)
             .flat_map(|i| (0..5).map(move |j| (f64::from(i), f64::from(j))))
@@ -289,7 +289,7 @@ mod tests {
         ))
     }
 
-    /// A profile that bends: three quarters of the way round an ellipse would cross the axis, a piece doesn't.
+    /// A bent profile that does not cross the axis.
     fn profile() -> Curve {
         let poles = vec![
             [2.0, 0.0, 0.0, 1.0],

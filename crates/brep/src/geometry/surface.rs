@@ -65,9 +65,9 @@ impl Surface {
         }
     }
 
-    /// The unit normal `∂u × ∂v` at (u, v); none at an apex, at the pole of a spline, on a cusp.
+    /// The unit normal `∂u × ∂v` at (u, v). Returns `None` at an apex, at the pole of a spline and on a cusp.
     ///
-    /// A sphere and a torus have their normal everywhere, as the limit along the meridian u.
+    /// A sphere and a torus have a normal everywhere. At a pole it is the limit along the meridian u.
     #[must_use]
     pub fn unit_normal(&self, u: f64, v: f64) -> Option<Point> {
         match self {
@@ -109,7 +109,7 @@ impl Surface {
         }
     }
 
-    /// The point and the unit normal at (u, v), by one evaluation where the normal needs the tangents.
+    /// The point and the unit normal at (u, v). If the normal needs the tangents, the surface is evaluated only once.
     pub(crate) fn point_and_normal(&self, u: f64, v: f64) -> (Point, Option<Point>) {
         match self {
             Self::Plane(_)
@@ -124,7 +124,7 @@ impl Surface {
         }
     }
 
-    /// The normal at `at`, or its limit on the way from `inside` where it is undefined.
+    /// The normal at `at`. Where it is undefined, this is its limit on the way from `inside`.
     #[must_use]
     pub fn limit_normal(&self, at: [f64; 2], inside: [f64; 2]) -> Option<Point> {
         self.unit_normal(at[0], at[1]).or_else(|| {
@@ -137,7 +137,7 @@ impl Surface {
         })
     }
 
-    /// The period of u and of v where the surface closes.
+    /// The period of u and of v. A period is `None` if the surface does not close.
     #[must_use]
     pub fn period(&self) -> [Option<f64>; 2] {
         match self {
@@ -164,7 +164,7 @@ impl Surface {
         }
     }
 
-    /// The natural bounds of u and v; an end without bound is infinite.
+    /// The natural bounds of u and v. An end without a bound is infinite.
     #[must_use]
     pub fn range(&self) -> [Option<(f64, f64)>; 2] {
         let turn = Some((0.0, TAU));
@@ -191,7 +191,7 @@ impl Surface {
         }
     }
 
-    /// Lengths that (u, v) may span, to compare the two tangents by; 1 where a direction has no ends.
+    /// The extents of u and v, by which the two tangents are compared. The extent is 1 if a direction has no ends.
     pub(crate) fn extent(&self) -> [f64; 2] {
         self.range().map(|range| match range {
             Some((low, high)) if (high - low).is_finite() && high > low => high - low,
@@ -199,7 +199,7 @@ impl Surface {
         })
     }
 
-    /// Whether the tangents may jump somewhere inside, as at a knot that is as multiple as the degree.
+    /// Whether the tangents may jump somewhere inside, for example at a knot whose multiplicity reaches the degree.
     pub(crate) fn has_kinks(&self) -> bool {
         match self {
             Self::Bspline(spline) => {
@@ -269,7 +269,8 @@ fn offset_point(basis: &Surface, distance: f64, u: f64, v: f64) -> Point {
     along(basis.point(u, v), normal, distance)
 }
 
-/// Tangents of an offset by differences of the basis' normal: it has no closed second derivative.
+/// Tangents of an offset, by differences of the normal of its basis. They are used if the basis has no second derivative in
+/// closed form.
 fn offset_derivatives(
     surface: &Surface,
     basis: &Surface,
@@ -297,7 +298,7 @@ fn offset_derivatives(
     )
 }
 
-/// A cone is the nappe on which its radius is positive.
+/// The range of v on the nappe of a cone on which its radius is positive.
 fn cone_range(radius: f64, slope: f64) -> Option<(f64, f64)> {
     if slope > 0.0 {
         Some((-radius / slope, f64::INFINITY))

@@ -4,9 +4,9 @@ use super::linear::{along, scaled};
 use super::types::{Curve, SurfaceCurve};
 use partprobe_shape::{Point, distance, norm};
 
-/// A line of the parameter plane that leaves a parameter so slowly keeps it.
+/// If a line of the parameter plane changes a parameter more slowly than this, the parameter is constant.
 const KEEPS: f64 = 1e-9;
-/// The turns of a parameter among which a line around a torus is looked for.
+/// The turns among which the nearest point of a line around a torus is searched.
 const TURNS: [i32; 7] = [0, 1, -1, 2, -2, 3, -3];
 
 impl SurfaceCurve {
@@ -26,14 +26,14 @@ impl SurfaceCurve {
         )
     }
 
-    /// The parameters between which the curve runs: those of the curve in the plane, or one turn where it goes round.
+    /// The parameters between which the curve runs: those of the curve in the plane, or one period if it is closed.
     pub(crate) fn range(&self) -> Option<(f64, f64)> {
         self.curve
             .range()
             .or_else(|| self.period().map(|period| (0.0, period)))
     }
 
-    /// The parameter's period where the curve closes: in the plane, or round a closed surface.
+    /// The parameter's period. The curve closes in the plane or around a closed surface. Returns `None` if it does not close.
     pub(crate) fn period(&self) -> Option<f64> {
         let Curve::Line { .. } = self.curve else {
             return self.curve.period();
@@ -43,7 +43,7 @@ impl SurfaceCurve {
         Some(self.surface.period()[axis]? / speed[axis].abs())
     }
 
-    /// The stretch of a curve without ends in which the nearest point to `p` lies.
+    /// The interval of a curve without ends that contains the nearest point to `p`.
     pub(crate) fn window(&self, p: Point) -> (f64, f64) {
         let uv = self.surface.project(p, None).uv;
         let on_curve = [uv[0] / self.scale[0], uv[1] / self.scale[1], 0.0];
@@ -51,7 +51,7 @@ impl SurfaceCurve {
             return self.curve.window(on_curve);
         };
         let (speed, period) = (self.speed(), self.surface.period());
-        // A parameter that doesn't come round says how many turns a helix has made.
+        // If a parameter is not periodic, it determines how many turns a helix has made.
         let axis = (0..2)
             .filter(|&axis| speed[axis] != 0.0)
             .min_by_key(|&axis| period[axis].is_some());
@@ -61,7 +61,7 @@ impl SurfaceCurve {
             (shifted - self.scale[axis] * origin[axis]) / speed[axis]
         };
         let middle = match period[axis] {
-            // Where both come round, the turn is the one whose point is nearest.
+            // If both parameters are periodic, the turn with the nearest point is taken.
             Some(_) if speed[1 - axis] != 0.0 => {
                 let gap = |turns: i32| distance(self.derivative(at(axis, turns)).0, p);
                 at(
@@ -87,7 +87,7 @@ impl SurfaceCurve {
         )
     }
 
-    /// What a step along a line of the plane adds to u and to v.
+    /// The amounts that a unit step along a line of the plane adds to u and to v.
     fn speed(&self) -> [f64; 2] {
         let Curve::Line { direction, .. } = self.curve else {
             return [0.0; 2];

@@ -9,12 +9,12 @@ use super::types::{
 use partprobe_shape::{Point, dot, norm};
 use std::sync::Arc;
 
-/// `p ↦ rotation·p + translation`; the rotation may hold a scale that is the same along all axes.
+/// `p ↦ rotation·p + translation`. The rotation may include a scale that is the same along all axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Transform {
     /// Rows of the matrix.
     pub rotation: [[f64; 3]; 3],
-    /// Millimeters.
+    /// The translation in millimeters.
     pub translation: Point,
 }
 
@@ -25,19 +25,19 @@ impl Transform {
         translation: [0.0; 3],
     };
 
-    /// Where a point goes.
+    /// The transformed point.
     #[must_use]
     pub fn point(&self, p: Point) -> Point {
         sum(self.vector(p), self.translation)
     }
 
-    /// What becomes of a vector.
+    /// The transformed vector.
     #[must_use]
     pub fn vector(&self, a: Point) -> Point {
         self.rotation.map(|row| dot(row, a))
     }
 
-    /// The factor by which lengths grow.
+    /// The factor by which lengths are multiplied.
     #[must_use]
     pub fn scale(&self) -> f64 {
         norm([
@@ -67,7 +67,7 @@ impl Transform {
 }
 
 impl Curve {
-    /// The curve moved; parameters keep their meaning, but for the scale where they are lengths.
+    /// The transformed curve. Its parameters keep their meaning, but parameters that are lengths are scaled.
     #[must_use]
     pub fn transformed(&self, rigid: &Transform) -> Self {
         let scale = rigid.scale();
@@ -194,7 +194,7 @@ impl Facets {
 }
 
 impl Surface {
-    /// Whether u and v are lengths, which grow with the scale; angles and the parameters of curves don't.
+    /// Whether u and v are lengths, which are scaled. Angles and the parameters of curves are not scaled.
     fn lengths(&self) -> [bool; 2] {
         match self {
             Self::Plane(_) => [true, true],
@@ -204,7 +204,7 @@ impl Surface {
         }
     }
 
-    /// The surface moved; angles among the parameters stay, lengths grow with the scale.
+    /// The transformed surface. Parameters that are angles stay the same, and parameters that are lengths are scaled.
     #[must_use]
     pub fn transformed(&self, rigid: &Transform) -> Self {
         let scale = rigid.scale();

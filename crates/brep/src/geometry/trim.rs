@@ -17,7 +17,7 @@ pub(crate) const GAUSS: [(f64, f64); 5] = [
 
 /// The parameters of an edge's start and end on its curve.
 ///
-/// The end lies below the start where the edge runs against its curve. A closed edge makes a full turn.
+/// The end is below the start if the edge runs against its curve. A closed edge covers a full period.
 pub(crate) fn trim(edge: &BrepEdge, vertices: &[Vertex]) -> (f64, f64) {
     let (start, end) = (position(vertices, edge.start), position(vertices, edge.end));
     let curve = &*edge.curve;
@@ -54,7 +54,7 @@ pub(crate) fn trim(edge: &BrepEdge, vertices: &[Vertex]) -> (f64, f64) {
     }
 }
 
-/// The length of an edge in millimeters, to a millionth.
+/// The length of an edge in millimeters, with a relative error of a millionth.
 pub(crate) fn edge_length(edge: &BrepEdge, vertices: &[Vertex]) -> f64 {
     let (t0, t1) = trim(edge, vertices);
     match &*edge.curve {
@@ -70,7 +70,7 @@ fn position(vertices: &[Vertex], index: u32) -> Point {
         .map_or([f64::NAN; 3], |vertex| vertex.point)
 }
 
-/// A length to measure gaps on the curve by.
+/// The size of the curve, to which gaps are compared.
 fn reach(curve: &Curve, start: Point) -> f64 {
     match (curve, curve.range()) {
         (Curve::Ellipse { rx, ry, .. }, _) => rx.abs().max(ry.abs()),
@@ -86,7 +86,7 @@ fn reach(curve: &Curve, start: Point) -> f64 {
     }
 }
 
-/// Most edges end where their curves end; only the others need a search.
+/// The parameter of a point on the curve. Most edges end where their curves end. Only the others need a search.
 fn end_or_nearest(curve: &Curve, p: Point, size: f64) -> f64 {
     let ends = curve
         .range()
@@ -99,7 +99,7 @@ fn end_or_nearest(curve: &Curve, p: Point, size: f64) -> f64 {
     curve.project(p)
 }
 
-/// `t` moved by whole periods into `low..low + period`, the end counting as the beginning.
+/// `t`, moved by whole periods into `low..low + period`. The end counts as the beginning.
 fn shifted_into(t: f64, low: f64, period: f64) -> f64 {
     let shifted = low + (t - low).rem_euclid(period);
     if low + period - shifted <= 1e-12 * period {
@@ -109,7 +109,7 @@ fn shifted_into(t: f64, low: f64, period: f64) -> f64 {
     }
 }
 
-/// The parameter of the end, at most a turn behind the start in the direction of the walk.
+/// The parameter of the end, which is at most one period after the start in the direction of the edge.
 fn after(t0: f64, t1: f64, period: f64, same_sense: bool) -> f64 {
     let margin = 1e-10 * period;
     if same_sense {

@@ -7,7 +7,7 @@ use std::sync::Arc;
 /// A right-handed orthonormal coordinate system.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frame {
-    /// Where the axes meet.
+    /// The point at which the axes meet.
     pub origin: Point,
     /// First axis, unit length.
     pub x: Point,
@@ -17,7 +17,7 @@ pub struct Frame {
     pub z: Point,
 }
 
-/// A curve of space with its natural parameter.
+/// A curve in space with its natural parameter.
 ///
 /// The fields of a variant are the letters of its formula.
 #[derive(Clone, Debug, PartialEq)]
@@ -27,9 +27,9 @@ pub struct Frame {
     reason = "the formula of each variant says what its fields are"
 )]
 pub enum Curve {
-    /// `origin + t·direction`; the direction keeps its length.
+    /// `origin + t·direction`. The direction is not normalized.
     Line { origin: Point, direction: Point },
-    /// `origin + rx·cos t·x + ry·sin t·y`; a circle if the radii are equal.
+    /// `origin + rx·cos t·x + ry·sin t·y`. It is a circle if the radii are equal.
     Ellipse { frame: Frame, rx: f64, ry: f64 },
     /// `origin + focal·t²·x + 2·focal·t·y`.
     Parabola { frame: Frame, focal: f64 },
@@ -37,9 +37,9 @@ pub enum Curve {
     Hyperbola { frame: Frame, a: f64, b: f64 },
     /// A B-spline, rational or not.
     Bspline(BsplineCurve),
-    /// Straight between its points; the parameter is the point's index.
+    /// Straight between its points. The parameter is the index of a point.
     Polyline(Vec<Point>),
-    /// Pieces end to end; piece `i` covers the parameters `i..i+1`.
+    /// Pieces end to end. Piece `i` covers the parameters `i..i+1`.
     Composite(Vec<CompositeSegment>),
     /// The basis moved by `distance` along `reference × tangent` (OFFSET_CURVE_3D).
     Offset {
@@ -58,7 +58,7 @@ pub struct SurfaceCurve {
     pub surface: Arc<Surface>,
     /// The curve of the plane, with its third coordinate 0.
     pub curve: Curve,
-    /// What turns the plane's coordinates into the surface's parameters; never 0.
+    /// The factors from the plane's coordinates to the surface's parameters. They are never 0.
     pub scale: [f64; 2],
 }
 
@@ -73,7 +73,7 @@ pub struct CompositeSegment {
     pub end: f64,
 }
 
-/// A B-spline curve; poles are homogeneous (x·w, y·w, z·w, w).
+/// A B-spline curve. Its poles (control points) are homogeneous: (x·w, y·w, z·w, w).
 ///
 /// Invariant: `knots.len() == poles.len() + degree + 1`, knots do not decrease, `1 ≤ degree ≤ 30`.
 #[derive(Clone, Debug, PartialEq)]
@@ -84,13 +84,14 @@ pub struct BsplineCurve {
     pub knots: Vec<f64>,
     /// Homogeneous poles.
     pub poles: Vec<[f64; 4]>,
-    /// The end points coincide, so that the parameter may wrap.
+    /// Whether the end points coincide, so that the parameter may be wrapped.
     pub closed: bool,
 }
 
-/// A B-spline surface; poles are homogeneous, `poles[i * n_v + j]` belongs to `u` index `i` and `v` index `j`.
+/// A B-spline surface. Its poles (control points) are homogeneous. `poles[i * n_v + j]` has the `u` index `i` and the `v` index
+/// `j`.
 ///
-/// Invariant: `knots_u.len() == n_u + degree_u + 1` and the same for v; knots do not decrease.
+/// Invariant: `knots_u.len() == n_u + degree_u + 1`, and the same for v. Knots do not decrease.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BsplineSurface {
     /// Polynomial degree along u.
@@ -105,15 +106,15 @@ pub struct BsplineSurface {
     pub n_u: usize,
     /// Number of poles along v.
     pub n_v: usize,
-    /// Homogeneous poles, v running fastest.
+    /// Homogeneous poles, with v varying fastest.
     pub poles: Vec<[f64; 4]>,
-    /// The surface meets itself at the ends of u.
+    /// Whether the surface meets itself at the ends of u.
     pub closed_u: bool,
-    /// The surface meets itself at the ends of v.
+    /// Whether the surface meets itself at the ends of v.
     pub closed_v: bool,
 }
 
-/// A surface with its natural parameters (u, v); its normal is `∂u × ∂v`.
+/// A surface with its natural parameters (u, v). Its normal is `∂u × ∂v`.
 ///
 /// Lengths are in millimeters, angles in radians. The fields of a variant are the letters of its formula.
 #[derive(Clone, Debug, PartialEq)]
@@ -127,7 +128,8 @@ pub enum Surface {
     Plane(Frame),
     /// `origin + r·(cos u·x + sin u·y) + v·z`.
     Cylinder { frame: Frame, radius: f64 },
-    /// `origin + (radius + v·slope)·(cos u·x + sin u·y) + v·z`; `slope` is the tangent of the half angle, v runs along the axis.
+    /// `origin + (radius + v·slope)·(cos u·x + sin u·y) + v·z`; `slope` is the tangent of the half angle, and v runs along the
+    /// axis.
     Cone {
         frame: Frame,
         radius: f64,
@@ -145,30 +147,30 @@ pub enum Surface {
     Bspline(Box<BsplineSurface>),
     /// `curve` at parameter v, rotated by u about the z axis of `axis`.
     Revolution { axis: Frame, curve: Box<Curve> },
-    /// `curve(u) + v·direction`; the direction keeps its length.
+    /// `curve(u) + v·direction`. The direction is not normalized.
     Extrusion { curve: Box<Curve>, direction: Point },
     /// `basis(u, v) + distance·unit normal`.
     Offset { basis: Box<Surface>, distance: f64 },
-    /// Patches side by side (RECTANGULAR_COMPOSITE_SURFACE).
+    /// Patches in a grid (RECTANGULAR_COMPOSITE_SURFACE).
     Composite(Box<CompositeSurface>),
-    /// Triangles, where a file gives them and no surface (tessellated geometry).
+    /// Triangles that a file gives instead of a surface (tessellated geometry).
     Facets(Box<Facets>),
 }
 
-/// Patches in a grid; `patches[i * n_v + j]` covers the parameters `i..i+1` and `j..j+1`.
+/// Patches in a grid. `patches[i * n_v + j]` covers the parameters `i..i+1` and `j..j+1`.
 ///
-/// Invariant: `patches.len() == n_u * n_v`, and there is one at least.
+/// Invariant: `patches.len() == n_u * n_v`, and there is at least one patch.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CompositeSurface {
     /// Number of patches along u.
     pub n_u: usize,
     /// Number of patches along v.
     pub n_v: usize,
-    /// The patches, v running fastest.
+    /// The patches, with v varying fastest.
     pub patches: Vec<SurfacePatch>,
-    /// The surface meets itself at the ends of u.
+    /// Whether the surface meets itself at the ends of u.
     pub closed_u: bool,
-    /// The surface meets itself at the ends of v.
+    /// Whether the surface meets itself at the ends of v.
     pub closed_v: bool,
 }
 

@@ -2,12 +2,12 @@
 
 use crate::model::{Brep, Loop};
 
-/// What is odd about a shape's edges; none of it stops labeling.
+/// Counts of irregular edges of a shape. None of them prevents labeling.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ShapeFlags {
-    /// Edges that more than two faces use; each pair of them counts as adjacent.
+    /// Edges that more than two faces use. Each pair of these faces counts as adjacent.
     pub non_manifold_edges: u64,
-    /// Edges that two faces walk in the same direction: one of the faces is reversed.
+    /// Edges that two faces walk in the same direction, because one of the faces is reversed.
     pub twice_same_direction: u64,
     /// Edges whose faces belong to different shells.
     pub edges_across_shells: u64,
@@ -21,7 +21,7 @@ pub struct ShapeFlags {
     pub undefined_angles: u64,
 }
 
-/// Two different faces that share an edge, the lower first.
+/// Two different faces that share an edge. The face with the lower index comes first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct SharedEdge {
     pub(super) edge: u32,
@@ -33,11 +33,11 @@ pub(super) struct SharedEdge {
 struct Coedge {
     edge: u32,
     face: u32,
-    /// The walk runs from the edge's start to its end, seen from outside the shell.
+    /// Whether the walk runs from the edge's start to its end, seen from outside the shell.
     forward: bool,
 }
 
-/// Every pair of faces that share an edge, by ascending edge.
+/// Every pair of faces that share an edge, in the order of the edges.
 pub(super) fn shared_edges(brep: &Brep) -> (Vec<SharedEdge>, ShapeFlags) {
     let mut walks = walks(brep);
     walks.sort_unstable();
@@ -57,7 +57,7 @@ pub(super) fn shared_edges(brep: &Brep) -> (Vec<SharedEdge>, ShapeFlags) {
     (shared, flags)
 }
 
-/// Whether each solid closes in the file: every edge of it is used as often in one direction as in the other.
+/// Whether each solid is closed in the file. It is closed if each of its edges is used equally often in both directions.
 ///
 /// A solid with a lost face is open.
 #[must_use]

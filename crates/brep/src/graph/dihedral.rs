@@ -4,23 +4,24 @@ use crate::geometry::{Curve, Facets, Projector, Surface, trim};
 use crate::model::{Brep, Loop};
 use partprobe_shape::{Point, cross, dot, norm};
 
-/// Where along the edge the angle is taken: at the first point at which both normals are defined.
+/// The fractions of an edge at which its angle may be measured. It is measured at the first point at which both normals are
+/// defined.
 const FRACTIONS: [f64; 7] = [0.5, 0.375, 0.625, 0.25, 0.75, 0.125, 0.875];
 
-/// Edges from which a singular point is approached before it is given up.
+/// Largest number of edges from which a singular point is approached.
 const MOST_STARTS: usize = 8;
 
-/// Triangles that bend by less than this are flat; coordinates have seven digits in many files.
+/// Triangles that bend by less than this count as flat. In many files the coordinates have only seven digits.
 const FLAT_DEG: f64 = 1e-3;
 
-/// The faces' surfaces, made ready to answer for their normals.
+/// The surfaces of the faces, prepared to compute normals.
 pub(super) struct Dihedral<'b> {
     brep: &'b Brep,
     projectors: Vec<Projector<'b>>,
 }
 
 impl<'b> Dihedral<'b> {
-    /// Costs nothing until an angle is asked for.
+    /// Makes the projectors. Nothing is computed until an angle is requested.
     pub(super) fn new(brep: &'b Brep) -> Self {
         Self {
             brep,
@@ -32,7 +33,7 @@ impl<'b> Dihedral<'b> {
         }
     }
 
-    /// The angle between the oriented normals of two faces at an edge, in degrees; NaN where it is undefined.
+    /// The angle between the oriented normals of two faces at an edge, in degrees. It is NaN if it is undefined.
     pub(super) fn phi(&self, edge: u32, faces: [u32; 2]) -> f64 {
         let edge = &self.brep.edges[edge as usize];
         if let [Some(a), Some(b)] = faces.map(|face| self.facets(face)) {
@@ -85,8 +86,8 @@ impl<'b> Dihedral<'b> {
         self.outward(face, normal)
     }
 
-    /// The outward normal at `point`, or its limit: along the edge from `beside`, or else through the face from
-    /// the middle of another of its edges (where a whole edge is singular, no way along it helps).
+    /// The outward normal at `point`, or its limit. The limit is taken along the edge from `beside`, or else through the face
+    /// from the middle of another edge. (If a whole edge is singular, no path along it helps.)
     fn limit_normal(&self, face: u32, point: Point, beside: Point) -> Option<Point> {
         let projector = &self.projectors[face as usize];
         let surface = &self.brep.faces[face as usize].surface;
@@ -123,8 +124,8 @@ impl<'b> Dihedral<'b> {
     }
 }
 
-/// Whether triangles tell an angle between two faces: they do if they bend at the edge more than they do anywhere inside
-/// the faces, or if both faces are flat. A smaller angle may be one of the tessellation, not of the part.
+/// Whether the angle between two faces of triangles is reliable. It is if it is larger than every angle inside the faces, or if
+/// both faces are flat. A smaller angle may come from the tessellation and not from the part.
 fn is_told(faces: [&Facets; 2], phi: f64) -> bool {
     let [a, b] = faces.map(Facets::largest_bend_deg);
     a.max(b) <= FLAT_DEG || phi > a.max(b)

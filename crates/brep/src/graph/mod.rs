@@ -15,10 +15,11 @@ use partprobe_shape::{Edge, Face, FaceGraph, Point, bounding_diagonal, distance}
 
 pub use adjacency::{ShapeFlags, closed_solids};
 
-/// An edge whose length and whose ends' distance are below this fraction of the diagonal is a point, and joins nothing.
+/// If the length of an edge and the distance of its ends are below this fraction of the diagonal, the edge is a point and joins
+/// nothing.
 const DEGENERATE: f64 = 1e-10;
 
-/// The face graph of a B-Rep, and what was odd about its edges. `areas` has an entry for each face.
+/// The face graph of a B-Rep, and the counts of its irregular edges. `areas` has an entry for each face.
 pub(crate) fn graph_with_areas(brep: &Brep, areas: &[f64]) -> (FaceGraph, ShapeFlags) {
     let (pairs, mut flags) = adjacency::shared_edges(brep);
     let positions: Vec<Point> = brep.vertices.iter().map(|vertex| vertex.point).collect();
@@ -27,7 +28,7 @@ pub(crate) fn graph_with_areas(brep: &Brep, areas: &[f64]) -> (FaceGraph, ShapeF
     let mut edges = Vec::with_capacity(pairs.len());
     let mut known = None;
     for pair in pairs {
-        // The pairs of one non-manifold edge stand together: its length is computed once.
+        // The pairs of one non-manifold edge are consecutive, so its length is computed only once.
         let length = match known {
             Some((edge, length)) if edge == pair.edge => length,
             _ => edge_length(&brep.edges[pair.edge as usize], &brep.vertices),
@@ -55,13 +56,13 @@ pub(crate) fn graph_with_areas(brep: &Brep, areas: &[f64]) -> (FaceGraph, ShapeF
     (FaceGraph { faces, edges }, flags)
 }
 
-/// The face graph of a B-Rep without its areas, which are NaN: for labels alone, at a fraction of a mesh's cost.
+/// The face graph of a B-Rep without areas: they are NaN. It suffices for labels and costs a fraction of a mesh.
 #[must_use]
 pub fn face_graph(brep: &Brep) -> (FaceGraph, ShapeFlags) {
     graph_with_areas(brep, &vec![f64::NAN; brep.faces.len()])
 }
 
-/// An edge may have no length on its curve although its vertices lie apart: it is an edge nevertheless.
+/// Whether the vertices of an edge coincide. If they do not, the edge counts even if it has no length on its curve.
 fn ends_meet(brep: &Brep, edge: u32, tolerance: f64) -> bool {
     let edge = &brep.edges[edge as usize];
     let [start, end] = [edge.start, edge.end].map(|vertex| brep.vertices[vertex as usize].point);
