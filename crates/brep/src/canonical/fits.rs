@@ -209,7 +209,8 @@ fn circle_center(points: &[Point], middle: Point, axis: Point) -> Option<Point> 
     Some(along(along(middle, x, a), y, b))
 }
 
-/// The eigenvalues of the map from steps on the surface to changes of the normal. Returns `None` if they are undefined.
+/// The eigenvalues of the map from steps on the surface to changes of the normal. Returns `None` if one of them is zero or not
+/// finite.
 fn principal_curvatures(NormalRates([du, dv, turn_u, turn_v]): NormalRates) -> Option<[f64; 2]> {
     let (e, f, g) = (dot(du, du), dot(du, dv), dot(dv, dv));
     let (l, n) = (dot(du, turn_u), dot(dv, turn_v));

@@ -41,7 +41,7 @@ impl Curve {
         between(&[middle - reach, middle, middle + reach], 32)
     }
 
-    /// The interval of an unbounded curve that contains the nearest point to `p`.
+    /// The interval of an unbounded curve that contains the nearest point to `p`: its middle and half of its length.
     pub(super) fn window(&self, p: Point) -> (f64, f64) {
         match self {
             Self::Line { origin, direction } => {

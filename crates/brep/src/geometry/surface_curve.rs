@@ -43,7 +43,7 @@ impl SurfaceCurve {
         Some(self.surface.period()[axis]? / speed[axis].abs())
     }
 
-    /// The interval of a curve without ends that contains the nearest point to `p`.
+    /// The interval of a curve without ends that contains the nearest point to `p`: its middle and half of its length.
     pub(crate) fn window(&self, p: Point) -> (f64, f64) {
         let uv = self.surface.project(p, None).uv;
         let on_curve = [uv[0] / self.scale[0], uv[1] / self.scale[1], 0.0];

@@ -1,14 +1,15 @@
-//! Converts bytes of any encoding to UTF-8, once per file: UTF-16 by its byte order, others by the look of their strings.
+//! Converts bytes of any encoding to UTF-8, once per file: UTF-16 is recognized by its byte order, other encodings by the
+//! characters of their strings.
 //!
-//! A text of ASCII or UTF-8 is returned as it is. Two-byte encodings may contain bytes that look like a backslash; after this
-//! step there are none, so later steps need not know them. Control directives of Part 21 are not touched here.
+//! A text of ASCII or UTF-8 is returned as it is. Two-byte encodings may contain bytes that look like a backslash. After this
+//! conversion there are none, so later steps need not know these encodings. Control directives of Part 21 are not touched here.
 
 use super::encoding_guess::guessed_encoding;
 use encoding_rs::{Encoding, UTF_16BE, UTF_16LE};
 use std::borrow::Cow;
 use std::collections::BTreeSet;
 
-/// No more than this of a file's strings is looked at for a guess.
+/// The largest number of bytes of a file's strings that are used for a guess.
 const MAX_SAMPLE: usize = 1 << 16;
 
 /// The text in UTF-8.
@@ -44,7 +45,8 @@ fn wide_encoding(text: &[u8]) -> Option<&'static Encoding> {
     }
 }
 
-/// The text between quotes, in and out of strings: no encoding that is known here has a quote inside a character.
+/// The pieces of a text between quotes, inside and outside of strings. No encoding that is known here has a quote byte inside a
+/// character.
 fn pieces(text: &[u8]) -> impl Iterator<Item = (&[u8], bool)> {
     let mut rest = Some(text);
     std::iter::from_fn(move || {
@@ -55,7 +57,7 @@ fn pieces(text: &[u8]) -> impl Iterator<Item = (&[u8], bool)> {
     })
 }
 
-/// The pieces that are not UTF-8, each once.
+/// The distinct pieces that are not UTF-8.
 fn sample(text: &[u8]) -> Vec<&[u8]> {
     let mut known = BTreeSet::new();
     let mut n_bytes = 0;
@@ -73,7 +75,7 @@ fn sample(text: &[u8]) -> Vec<&[u8]> {
     sample
 }
 
-/// A piece in the file's encoding; UTF-8 where it is that and the encoding cannot tell.
+/// A piece, decoded from the file's encoding. It is read as UTF-8 if it is valid UTF-8 and the encoding does not exclude it.
 fn decoded_piece<'a>(piece: &'a [u8], encoding: &'static Encoding) -> Cow<'a, str> {
     let undoubled = if encoding.is_single_byte() {
         Cow::Borrowed(piece)
@@ -95,7 +97,7 @@ fn decoded_piece<'a>(piece: &'a [u8], encoding: &'static Encoding) -> Cow<'a, st
     Cow::Owned(decoded.map_or_else(lossy, Cow::into_owned))
 }
 
-/// Writers that know nothing of characters double the backslash byte in the second half of one.
+/// Undoes a doubled backslash byte in the second half of a character. Writers that do not know the encoding double it.
 fn without_doubled_tails(piece: &[u8]) -> Cow<'_, [u8]> {
     if !piece.windows(2).any(|pair| pair == b"\\\\") {
         return Cow::Borrowed(piece);
@@ -104,7 +106,7 @@ fn without_doubled_tails(piece: &[u8]) -> Cow<'_, [u8]> {
     let mut bytes = piece.iter().copied().peekable();
     while let Some(byte) = bytes.next() {
         kept.push(byte);
-        // Of the encodings with a backslash byte in second halves, all first halves are above ASCII.
+        // In the encodings with a backslash byte in second halves, all first halves are above ASCII.
         if byte.is_ascii() {
             continue;
         }
@@ -132,7 +134,7 @@ mod tests {
         check_file(encoding, names);
     }
 
-    /// A file with these names in this encoding reads as the same file in UTF-8.
+    /// Checks that a file with these names in this encoding is read like the same file in UTF-8.
     #[track_caller]
     fn check_file(encoding: &'static Encoding, names: &[&str]) {
         let text = names

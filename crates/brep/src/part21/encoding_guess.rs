@@ -1,4 +1,4 @@
-//! Guesses the encoding of strings that are neither ASCII nor UTF-8, by the characters that they would contain.
+//! Guesses the encoding of strings that are neither ASCII nor UTF-8, from the characters that they would contain.
 
 use chardetng::{EncodingDetector, Iso2022JpDetection, Utf8Detection};
 use encoding_rs::{
@@ -6,14 +6,15 @@ use encoding_rs::{
 };
 use std::borrow::Cow;
 
-/// With so many bytes beyond ASCII a statistical guess is trusted alone, if it is an encoding of one byte per character, or
-/// of two.
+/// With this number of bytes beyond ASCII, a statistical guess is trusted without further tests. The first number is for
+/// encodings of one byte per character, the second for encodings of two.
 const ENOUGH_BYTES: [usize; 2] = [12, 24];
 
 /// The encoding of strings that are not UTF-8.
 ///
-/// Names are short, and statistics of a few bytes say little. Of the encodings that CAD systems write most, those come
-/// first in which every string looks like words; the guess decides among them, and alone where there is enough text.
+/// Names are short, so the statistics of a few bytes are not reliable. Therefore the encodings that CAD systems write most are
+/// preferred if every string looks like words in them, and the statistical guess chooses among them. If there is enough text, the
+/// guess decides alone.
 pub(super) fn guessed_encoding(sample: &[&[u8]]) -> &'static Encoding {
     let mut detector = EncodingDetector::new(Iso2022JpDetection::Deny);
     for piece in sample {
@@ -45,10 +46,10 @@ pub(super) fn guessed_encoding(sample: &[&[u8]]) -> &'static Encoding {
     }
 }
 
-/// The encodings that CAD systems write most, the surest to be recognized first.
+/// The encodings that CAD systems write most. The one that is recognized most reliably comes first.
 const COMMON: [&Encoding; 4] = [GB18030, SHIFT_JIS, WINDOWS_1251, WINDOWS_1252];
 
-/// Those that a few bytes may still be taken for.
+/// The encodings that are accepted as a guess from a few bytes.
 const PLAUSIBLE: [&Encoding; 6] = [
     GB18030,
     SHIFT_JIS,
@@ -58,7 +59,7 @@ const PLAUSIBLE: [&Encoding; 6] = [
     WINDOWS_1252,
 ];
 
-/// Whether the strings decode without an error, and without characters that are nobody's.
+/// Whether the strings decode without an error and without characters for private use.
 fn decodes(encoding: &'static Encoding, sample: &[&[u8]]) -> bool {
     let is_assigned =
         |text: Cow<'_, str>| !text.contains(|letter| matches!(letter, '\u{e000}'..='\u{f8ff}'));
@@ -91,12 +92,12 @@ fn fits(encoding: &'static Encoding, sample: &[&[u8]]) -> bool {
             }
         })
     });
-    // A letter alone may be one of any alphabet.
+    // A single letter may belong to any alphabet.
     all_fit && (longest > 1 || encoding == WINDOWS_1252)
 }
 
-/// The fraction of the characters beyond ASCII that are common ones; of a string, `is_common` gets the bytes from the
-/// character on and the byte before it.
+/// The fraction of common characters among those beyond ASCII. `is_common` gets the bytes of a string that begin with the
+/// character, and the byte before it.
 fn common_fraction(sample: &[&[u8]], is_common: impl Fn(&[u8], u8) -> Kind) -> f64 {
     let (mut n_common, mut n_characters) = (0_u32, 0_u32);
     for piece in sample {
@@ -126,7 +127,7 @@ fn common_fraction(sample: &[&[u8]], is_common: impl Fn(&[u8], u8) -> Kind) -> f
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Kind {
     Ascii,
-    /// One byte beyond ASCII.
+    /// A character of one byte beyond ASCII.
     Narrow {
         is_common: bool,
     },
@@ -142,8 +143,8 @@ fn common_in_gb(text: &[u8], _: u8) -> Kind {
     }
 }
 
-/// Kana, of either width, symbols, and the more frequent half of the ideographs of JIS X 0208. Narrow kana do not stand
-/// alone.
+/// Wide and narrow kana, symbols, and the more frequent half of the ideographs of JIS X 0208. A single narrow kana between ASCII
+/// characters does not count.
 fn common_in_sjis(text: &[u8], before: u8) -> Kind {
     match text {
         [0xa1..=0xdf, rest @ ..] => Kind::Narrow {
@@ -154,7 +155,7 @@ fn common_in_sjis(text: &[u8], before: u8) -> Kind {
     }
 }
 
-/// Whether a word is Cyrillic and written as words are: in capitals, in small letters, or with the first one a capital.
+/// Whether a word is Cyrillic, and is written in capitals, in small letters, or with a capital first letter.
 fn is_russian(word: &str) -> bool {
     let letters = || word.chars().filter(|letter| letter.is_alphabetic());
     let is_cyrillic = letters().all(|letter| matches!(letter, 'А'..='я' | 'Ё' | 'ё'));
@@ -168,7 +169,8 @@ fn is_russian(word: &str) -> bool {
     is_sign || (is_cyrillic && is_word)
 }
 
-/// Whether a word is one of a western language: a letter or two with signs among those of ASCII, or a sign alone.
+/// Whether a word may belong to a western language: it has one or two letters with diacritics among ASCII letters, or it is a
+/// single sign.
 fn is_western(word: &str) -> bool {
     let beyond: Vec<char> = word.chars().filter(|letter| !letter.is_ascii()).collect();
     let is_known = |letter: &char| matches!(letter, '\u{a0}'..='ÿ' | 'Š' | 'š' | 'Ž' | 'ž' | 'Œ' | 'œ' | 'Ÿ' | '€' | '‘'..='”' | '–' | '—' | '…' | '•' | '™');

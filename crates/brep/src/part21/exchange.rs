@@ -7,7 +7,7 @@ use super::records::{Records, scan_records};
 use super::scan::{skip_blank, skip_list, skip_name, skip_resource};
 use crate::model::{LostEntity, LostKind};
 
-/// The signature may stand behind a byte order mark or a comment, but not far behind.
+/// The signature must be within this number of bytes. A byte order mark or a comment may come before it.
 const SIGNATURE_WINDOW: usize = 4096;
 
 /// A Part 21 text with an index of its instances.
@@ -15,7 +15,7 @@ pub struct Exchange<'a> {
     text: &'a [u8],
     /// Sorted by id, each id once.
     records: Vec<Record>,
-    /// The index of each id's record plus one, where ids are dense enough for a table.
+    /// The index of each id's record plus one. The table is empty if the ids are not dense enough.
     slots: Vec<u32>,
     /// The instances that are in other files, sorted by id, with the positions where the text names these files.
     elsewhere: Vec<(u64, u32)>,
@@ -23,10 +23,10 @@ pub struct Exchange<'a> {
     partials: Vec<Partial>,
 }
 
-/// One class of a complex instance; all numbers are positions in the text.
+/// One class of a complex instance. All numbers are positions in the text.
 #[derive(Clone, Copy, Debug)]
 struct Partial {
-    /// Where its instance begins.
+    /// The beginning of its instance.
     instance: u32,
     name: u32,
     name_end: u32,
@@ -228,7 +228,7 @@ fn partial_at(text: &[u8], instance: u32, at: usize) -> Option<Partial> {
     })
 }
 
-/// Sorts by id and keeps the first of those that share one.
+/// Sorts by id, and keeps only the first of several records with the same id.
 fn drop_repeated_ids(records: &mut Vec<Record>, lost: &mut Vec<LostEntity>) {
     records.sort_by_key(|record| record.id);
     records.dedup_by(|later, first| {
@@ -338,7 +338,7 @@ mod tests {
             format!("ISO-10303-21;\nHEADER;\nENDSEC;\nDATA;\n{data}\nENDSEC;\nEND-ISO-10303-21;\n")
         };
         check(&one("#1=A();"), &[1], &[]);
-        // Text that is not an instance may be there: a signature, a mail's end, quotes that nobody closes.
+        // Text that is not an instance may follow, for example a signature, the end of a mail, or quotes without an end.
         check(
             &(one("#1=A();") + "SIGNATURE;\nMIIE/*'x\nENDSEC;\nIt's #2."),
             &[1],
@@ -354,7 +354,7 @@ mod tests {
             &[1],
             &[],
         );
-        // A second structure is read, with any text before it.
+        // A second structure is read even if other text is before it.
         check(
             &(one("#1=A();") + "don't\n" + &one("#2=B();")),
             &[1, 2],
@@ -366,7 +366,7 @@ mod tests {
             &[7, 8],
         );
         check(&(one("#1=A();") + "see ISO-10303-21;\n#7=X();"), &[1], &[7]);
-        // In strings and comments the marker says nothing.
+        // In strings and comments, the marker has no meaning.
         check(
             &one("#1=A('END-ISO-10303-21;');\n#2=B('\nEND-ISO-10303-21;\n');\n#3=C();"),
             &[1, 2, 3],

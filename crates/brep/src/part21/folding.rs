@@ -5,10 +5,10 @@
 
 use std::borrow::Cow;
 
-/// Narrower than this nobody folds a text.
+/// No writer folds a text into lines that are shorter than this.
 const NARROWEST: usize = 20;
 
-/// The text without line ends if it is cut into lines of one length, and else as it is.
+/// The text without its line ends if it is cut into lines of one length. Any other text is returned as it is.
 pub(crate) fn unfolded(text: Cow<'_, [u8]>) -> Cow<'_, [u8]> {
     if is_folded(&text) {
         let is_kept = |byte: &u8| !matches!(byte, b'\n' | b'\r');
@@ -17,7 +17,7 @@ pub(crate) fn unfolded(text: Cow<'_, [u8]>) -> Cow<'_, [u8]> {
     text
 }
 
-/// Whether most of the lines that end inside a token have one length that no line of the data exceeds.
+/// Whether most of the lines that end inside a token have the same length, and no line of the data is longer.
 fn is_folded(text: &[u8]) -> bool {
     // Old Macintosh files have carriage returns only.
     let line_end = if memchr::memchr(b'\n', text).is_some() {
@@ -25,7 +25,7 @@ fn is_folded(text: &[u8]) -> bool {
     } else {
         b'\r'
     };
-    // Most texts have no such line at all, and are seen through quickly.
+    // Most texts have no such line, which is found quickly.
     if !memchr::memchr_iter(line_end, text).any(|end| is_cut(text, end)) {
         return false;
     }
@@ -38,7 +38,7 @@ fn is_folded(text: &[u8]) -> bool {
     cuts.widest >= NARROWEST && 2 * cuts.n_at_widest > cuts.n
 }
 
-/// Whether a token goes on behind the line that ends here.
+/// Whether a token continues after the line end at this position.
 fn is_cut(text: &[u8], end: usize) -> bool {
     text.get(end + 1).is_some_and(|&byte| is_in_token(byte)) && {
         let line = text[..end].strip_suffix(b"\r").unwrap_or(&text[..end]);
@@ -51,7 +51,7 @@ fn is_cut(text: &[u8], end: usize) -> bool {
 #[derive(Default)]
 struct Cuts {
     n: usize,
-    /// Those of the greatest length of all lines.
+    /// The number of those that are as long as the longest line.
     n_at_widest: usize,
     widest: usize,
 }
@@ -63,7 +63,7 @@ impl Cuts {
             self.widest = line.len();
             self.n_at_widest = 0;
         }
-        // The header may be written freely.
+        // The lines of the header do not count, because a writer need not fold it.
         if line == b"DATA;" {
             *self = Self::default();
         }
@@ -88,7 +88,7 @@ mod tests {
         );
     }
 
-    /// The text with a line end behind every so many characters.
+    /// The text with a line end after every `width` characters.
     fn folded(text: &str, width: usize, line_end: &str) -> String {
         let lines: Vec<&str> = text
             .as_bytes()

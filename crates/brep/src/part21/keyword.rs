@@ -35,7 +35,7 @@ macro_rules! keywords {
     };
 }
 
-// The classes that fill real files stand first: the match is tried from the top.
+// The classes that are most frequent in real files come first, because the names are compared from the top.
 keywords! {
     CartesianPoint = b"CARTESIAN_POINT",
     Direction = b"DIRECTION",
@@ -144,10 +144,10 @@ keywords! {
     CurveReplica = b"CURVE_REPLICA",
     SurfaceReplica = b"SURFACE_REPLICA",
     CompositeCurveOnSurface = b"COMPOSITE_CURVE_ON_SURFACE",
-    // What belongs to a part apart from its shape.
+    // Data of a part other than its shape.
     ConstructiveGeometryRepresentationRelationship = b"CONSTRUCTIVE_GEOMETRY_REPRESENTATION_RELATIONSHIP",
     SurfaceStyleTransparent = b"SURFACE_STYLE_TRANSPARENT",
-    // Solids that are given by what makes them.
+    // Solids that are defined by their construction.
     CsgSolid = b"CSG_SOLID",
     BooleanResult = b"BOOLEAN_RESULT",
     Block = b"BLOCK",
@@ -178,11 +178,11 @@ keywords! {
     CubicBezierTriangulatedFace = b"CUBIC_BEZIER_TRIANGULATED_FACE",
 }
 
-/// No class that is known has a longer name.
+/// No known class has a longer name.
 const LONGEST_NAME: usize = 64;
 
 impl Keyword {
-    /// The class with this name, in capital or small letters.
+    /// The class with this name. Letters may be capital or small.
     pub(crate) fn from_name(name: &[u8]) -> Self {
         if name.len() > LONGEST_NAME {
             return Self::Other;
@@ -194,7 +194,7 @@ impl Keyword {
     }
 }
 
-/// The full name of a class that may be written by its short one.
+/// The full name of a class that may be written by its short name.
 pub(crate) fn full_name(written: &[u8]) -> &[u8] {
     long_name(written).map_or(written, str::as_bytes)
 }

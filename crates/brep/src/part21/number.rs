@@ -1,16 +1,16 @@
 //! Parses short decimal numbers exactly and fast; longer ones are left to the standard library.
 
-/// Powers of ten that have no rounding.
+/// The powers of ten that are exact.
 const POWERS: [f64; 23] = [
     1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16,
     1e17, 1e18, 1e19, 1e20, 1e21, 1e22,
 ];
 
-/// The largest whole number below which none is rounded.
+/// Every whole number up to this one is exact.
 const MOST_EXACT: u64 = 1 << 53;
 
-/// A number whose digits and power of ten are both without rounding, which most are: one division or product then rounds
-/// it rightly. Returns `None` for all others.
+/// Parses a number whose digits and whose power of ten are both exact, as they are in most numbers. Then one division or product
+/// gives the correctly rounded result. Returns `None` for all other numbers.
 pub(super) fn short_decimal(text: &[u8], at: usize) -> Option<(f64, usize)> {
     let is_negative = text[at] == b'-';
     let start = at + usize::from(matches!(text[at], b'-' | b'+'));
@@ -39,7 +39,7 @@ pub(super) fn short_decimal(text: &[u8], at: usize) -> Option<(f64, usize)> {
     Some((if is_negative { -number } else { number }, end))
 }
 
-/// Appends digits to a number, and says where they end; `None` if there are too many of them.
+/// Appends digits to a number, and returns it with the position after them. Returns `None` if there are too many digits.
 fn digits(text: &[u8], start: usize, mut number: u64) -> Option<(u64, usize)> {
     let mut end = start;
     while let Some(digit @ b'0'..=b'9') = text.get(end) {
@@ -52,7 +52,7 @@ fn digits(text: &[u8], start: usize, mut number: u64) -> Option<(u64, usize)> {
     Some((number, end))
 }
 
-/// The power of ten behind an `E`.
+/// The power of ten after an `E`.
 fn exponent(text: &[u8], at: usize) -> Option<(i32, usize)> {
     let sign = *text.get(at)?;
     let start = at + usize::from(matches!(sign, b'-' | b'+'));

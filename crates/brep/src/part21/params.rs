@@ -3,7 +3,7 @@
 use super::number::short_decimal;
 use super::scan::{skip_binary, skip_blank, skip_list, skip_name, skip_string};
 
-/// Why a parameter is not what its position demands.
+/// The reason why a parameter does not fit its position.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ParamError {
@@ -13,7 +13,7 @@ pub enum ParamError {
     /// The list has ended.
     #[error("it has too few parameters")]
     Missing,
-    /// The parameter is of another kind than the expected one, which is named.
+    /// The parameter is not of the named kind.
     #[error("a parameter is not {0}")]
     Kind(&'static str),
     /// The number is beyond the range of `f64`.
@@ -46,16 +46,16 @@ pub enum Param<'a> {
     Typed(&'a [u8], Params<'a>),
     /// `"0A1"`.
     Binary,
-    /// `$`: no value is given.
+    /// `$`, no value is given.
     Unset,
-    /// `*`: the value follows from others.
+    /// `*`, the value follows from other values.
     Derived,
 }
 
 /// The rest of a parameter list. A copy is cheap, and reading the copy does not advance the original.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Params<'a> {
-    /// From behind the opening parenthesis or a comma to the end of the file.
+    /// The text from the position after the opening parenthesis or a comma to the end of the file.
     rest: &'a [u8],
 }
 
@@ -75,7 +75,8 @@ impl<'a> Params<'a> {
         if text.get(at) == Some(&b')') {
             return Ok(None);
         }
-        // Behind a number that is too large the list goes on: what it names is lost, and not its neighbors.
+        // The list continues after a number that is too large. So only the instance with this number is lost, and its neighbors
+        // are not.
         let (param, end) = match parse(text, at) {
             Ok((param, end)) => (Ok(param), end),
             Err(ParamError::LargeId) => (Err(ParamError::LargeId), end_of_digits(text, at + 1)),
@@ -106,7 +107,7 @@ impl<'a> Params<'a> {
         Ok(params)
     }
 
-    /// The next parameter, if none behind it is wanted: where a list ends need not be known then.
+    /// Takes the last parameter that is needed. If it is a list, its end is not searched for.
     fn last(mut self) -> Result<Option<Param<'a>>, ParamError> {
         let at = skip_blank(self.rest, 0);
         match self.rest.get(at) {
@@ -147,7 +148,7 @@ impl<'a> Params<'a> {
 }
 
 impl<'a> Param<'a> {
-    /// The number of the instance that the parameter refers to.
+    /// The number of the instance to which the parameter refers.
     ///
     /// # Errors
     /// If the parameter is not a reference.
@@ -158,7 +159,7 @@ impl<'a> Param<'a> {
         }
     }
 
-    /// The parameter's number; a typed number counts, `LENGTH_MEASURE(2.)`.
+    /// The parameter's number. It may be typed, as in `LENGTH_MEASURE(2.)`.
     ///
     /// # Errors
     /// If the parameter is neither a number nor a typed number, such as `LENGTH_MEASURE(2.)`.
@@ -170,9 +171,9 @@ impl<'a> Param<'a> {
         }
     }
 
-    /// What stands in a typed parameter, `LABEL('x')`; any other parameter itself.
+    /// The value in a typed parameter such as `LABEL('x')`, or the parameter itself if it is not typed.
     fn untyped(self) -> Result<Self, ParamError> {
-        // A select of a select may name both types.
+        // A select type inside a select type may name both types.
         const MAX_TYPES: usize = 4;
         let mut param = self;
         for _ in 0..MAX_TYPES {
@@ -190,7 +191,7 @@ impl<'a> Param<'a> {
     /// If the parameter is not an integer from 0 to 2³² − 1.
     pub fn count(self) -> Result<usize, ParamError> {
         let number = self.number()?;
-        // Nothing that is counted here goes beyond 32 bits.
+        // No count in a file needs more than 32 bits.
         if (0.0..=f64::from(u32::MAX)).contains(&number) && number.fract() == 0.0 {
             Ok(number as usize)
         } else {
@@ -217,7 +218,8 @@ impl<'a> Param<'a> {
         self.logical()?.ok_or(ParamError::Kind("a truth value"))
     }
 
-    /// The parameter's truth value, in any case, short or long. Returns `None` if it is unknown or omitted.
+    /// The parameter's truth value, in capital or small letters, short or written out. Returns `None` if it is unknown or
+    /// omitted.
     ///
     /// # Errors
     /// If the parameter is not a truth value.
@@ -253,7 +255,7 @@ fn logical_of(name: &[u8]) -> Result<Option<bool>, ParamError> {
     }
 }
 
-/// Parses the parameter that starts at `at`, and says where it ends.
+/// Parses the parameter that starts at `at`, and returns it with the position after it.
 fn parse(text: &[u8], at: usize) -> Result<(Param<'_>, usize), ParamError> {
     let byte = *text.get(at).ok_or(ParamError::Syntax)?;
     match byte {
@@ -271,7 +273,7 @@ fn parse(text: &[u8], at: usize) -> Result<(Param<'_>, usize), ParamError> {
             .map_err(|_| ParamError::Syntax),
         b'$' => Ok((Param::Unset, at + 1)),
         b'*' => Ok((Param::Derived, at + 1)),
-        // Nothing at all between two commas.
+        // There is nothing between two commas.
         b',' => Ok((Param::Unset, at)),
         b'@' => Err(ParamError::Elsewhere),
         b'A'..=b'Z' | b'a'..=b'z' | b'!' => {
@@ -309,7 +311,7 @@ fn end_of_digits(text: &[u8], at: usize) -> usize {
         .count()
 }
 
-/// Parses the digits of an instance number; `None` if there is no digit, or too many.
+/// Parses the digits of an instance number. Returns `None` if there is no digit, or if there are too many.
 pub(super) fn parse_id(text: &[u8], at: usize) -> Option<(u64, usize)> {
     let mut id = 0_u64;
     let mut end = at;
@@ -347,7 +349,7 @@ fn parse_number(text: &[u8], at: usize) -> Result<(Param<'_>, usize), ParamError
     let digits = std::str::from_utf8(&text[at..at + n_bytes]).map_err(|_| ParamError::Syntax)?;
     let number: f64 = match digits.parse() {
         Ok(number) => number,
-        // FORTRAN writes its exponents with a D.
+        // FORTRAN programs write exponents with a D.
         Err(_) => digits
             .replace(['d', 'D'], "E")
             .parse()

@@ -2,7 +2,7 @@
 
 use super::keyword::Keyword;
 
-/// Why the text is not an exchange structure.
+/// The reason why a text is not an exchange structure.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ExchangeError {
@@ -22,10 +22,10 @@ pub enum ExchangeError {
 pub struct Record {
     /// Its `#` number.
     pub id: u64,
-    /// Where its class begins in the text, or the parenthesis of a complex instance.
+    /// The position in the text at which its class begins, or the parenthesis of a complex instance.
     pub(crate) at: u32,
     /// Its class.
     pub(crate) keyword: Keyword,
-    /// This many bytes of the text certainly belong to the name of its class; 0 for a complex instance.
+    /// The number of bytes of the text that certainly belong to the name of its class. It is 0 for a complex instance.
     pub(crate) n_name: u8,
 }

@@ -10,20 +10,20 @@ use super::record::{ExchangeError, Record};
 use super::scan::{ScanError, skip_blank, skip_list, skip_name, skip_resource, skip_string};
 use crate::model::{LostEntity, LostKind};
 
-/// What an exchange structure begins and ends with, and what both have in common.
+/// The beginning and the end of an exchange structure, and the text that both have in common.
 const BEGIN: &[u8] = b"ISO-10303-21";
 const END: &[u8] = b"END-ISO-10303-21";
 const MARK: &[u8] = b"-10303-21";
 
-/// What stands in the sections of a text.
+/// The contents of the sections of a text.
 pub(super) struct Records {
-    /// In file order.
+    /// The instances in file order.
     pub(super) instances: Vec<Record>,
-    /// The number of each instance that stands in another file, and where the text names that file.
+    /// The number of each instance that is in another file, and the position at which the text names that file.
     pub(super) elsewhere: Vec<(u64, u32)>,
 }
 
-/// What begins with `#` and a number.
+/// A statement that begins with `#` and a number.
 enum Statement {
     Instance(Record),
     /// `#1=&SCOPE`: the instances up to its `ENDSCOPE` belong to the instance with this number.
@@ -61,7 +61,7 @@ pub(super) fn scan_records(
     Ok(pass.finish())
 }
 
-/// A statement with the position behind it, or why it breaks off and where.
+/// A statement with the position after it, or the reason why it breaks off and the position.
 type ScanResult = Result<(Statement, usize), (ScanError, usize)>;
 
 /// One pass over a text.
@@ -71,7 +71,8 @@ struct Pass<'t, 'l> {
     lost: &'l mut Vec<LostEntity>,
     /// The instances whose scopes are open, each with the position where it begins.
     open_scopes: Vec<(u64, usize)>,
-    /// Bytes read again behind damaged instances; no more than the text has, so that the pass stays linear.
+    /// The number of bytes that were read again after damaged instances. It is limited to the length of the text, so the pass
+    /// remains linear.
     n_reread: usize,
 }
 
@@ -80,7 +81,7 @@ impl<'t, 'l> Pass<'t, 'l> {
         Self {
             text,
             records: Records {
-                // Real files have about 60 bytes an instance.
+                // Real files have about 60 bytes per instance.
                 instances: Vec::with_capacity(text.len() / 48),
                 elsewhere: Vec::new(),
             },
@@ -90,14 +91,15 @@ impl<'t, 'l> Pass<'t, 'l> {
         }
     }
 
-    /// Reads the end of a scope, which ends the statement of the instance that opened it.
+    /// Reads the end of a scope. It also ends the statement of the instance that opened the scope.
     fn end_of_scope(&mut self, at: usize) -> usize {
         let scope = self.open_scopes.pop();
         let named_at = scope.map_or(at, |(_, begin)| begin);
         self.take(at, named_at, scan_end_of_scope(self.text, at, scope))
     }
 
-    /// Keeps what a statement says, and returns where to read on. The instance has its number at `named_at`.
+    /// Keeps the contents of a statement, and returns the position at which reading continues. The number of the instance is at
+    /// `named_at`.
     #[inline]
     fn take(&mut self, begin: usize, named_at: usize, statement: ScanResult) -> usize {
         match statement {
@@ -120,7 +122,7 @@ impl<'t, 'l> Pass<'t, 'l> {
         }
     }
 
-    /// Where to read on behind a damaged instance that begins at one position and breaks off at another.
+    /// The position at which reading continues after a damaged instance. The instance begins at `begin` and breaks off at `stop`.
     fn after_damage(&mut self, begin: usize, stop: usize) -> usize {
         let next = next_record(self.text, begin + 1);
         // A damaged instance does not hide the end of its structure.
@@ -137,7 +139,7 @@ impl<'t, 'l> Pass<'t, 'l> {
         (self.records.instances.len() + self.lost.len()) as u64
     }
 
-    /// What was found; scopes that are still open are lost.
+    /// Returns the contents. Scopes that are still open are lost entities.
     fn finish(self) -> Records {
         let open = self.open_scopes.into_iter();
         self.lost
@@ -146,7 +148,7 @@ impl<'t, 'l> Pass<'t, 'l> {
     }
 }
 
-/// Scans what begins with `#`, and gives the position behind it, or where it breaks off.
+/// Scans a statement that begins with `#`. Returns the position after it, or the position at which it breaks off.
 #[inline]
 fn scan_statement(text: &[u8], at: usize) -> ScanResult {
     let (id, end) = parse_id(text, at + 1).ok_or_else(|| (error_of_id(text, at + 1), at + 1))?;
@@ -200,14 +202,15 @@ fn scan_instance(
         keyword,
         n_name,
     };
-    // A missing semicolon is forgiven: the next instance shows where this one ends.
+    // A missing semicolon is accepted, because the next instance shows where this one ends.
     Ok((
         Statement::Instance(record),
         end + usize::from(text.get(end) == Some(&b';')),
     ))
 }
 
-/// A context is a context whatever other classes it has: files have thousands, and nobody has to look into them.
+/// If one class is a context, the instance is a context, even if it has other classes. Files have thousands of them, and later
+/// steps need not search them.
 fn keyword_of_complex(text: &[u8], at: usize) -> Keyword {
     let start = skip_blank(text, at + 1);
     match Keyword::from_name(&text[start..skip_name(text, start)]) {
@@ -224,8 +227,8 @@ fn is_end_of_structure(text: &[u8], at: usize) -> bool {
     text[at..skip_name(text, at)].eq_ignore_ascii_case(END)
 }
 
-/// Skips what stands between two exchange structures, or behind the last one. Instances there are named, for nobody writes them
-/// on purpose.
+/// Skips the text between two exchange structures, or after the last one. Instances in it are named as lost, because no writer
+/// puts them there on purpose.
 fn skip_to_next_structure(text: &[u8], at: usize, lost: &mut Vec<LostEntity>) -> usize {
     let behind = skip_name(text, at);
     let next = find_statement(text, behind, BEGIN).unwrap_or(text.len());
@@ -245,7 +248,7 @@ fn skip_to_next_structure(text: &[u8], at: usize, lost: &mut Vec<LostEntity>) ->
     next
 }
 
-/// The next position where a line or a statement begins with this name and nothing but a semicolon follows.
+/// The next position at which a line or a statement begins with this name, followed only by a semicolon.
 fn find_statement(text: &[u8], from: usize, name: &[u8]) -> Option<usize> {
     let mut at = from;
     while let Some(offset) = memchr::memmem::find(text.get(at..)?, MARK) {
@@ -271,7 +274,7 @@ fn find_statement(text: &[u8], from: usize, name: &[u8]) -> Option<usize> {
     None
 }
 
-/// Scans `ENDSCOPE /#1,#2/ CLASS(…);`: the instance whose scope ends. What it exports is known here anyway.
+/// Scans `ENDSCOPE /#1,#2/ CLASS(…);`, the instance whose scope ends. The instances that it exports are already known.
 fn scan_end_of_scope(text: &[u8], at: usize, scope: Option<(u64, usize)>) -> ScanResult {
     let (id, _) = scope.ok_or((ScanError::NoScope, at))?;
     let mut start = skip_blank(text, skip_name(text, at));
@@ -288,7 +291,7 @@ fn scan_end_of_scope(text: &[u8], at: usize, scope: Option<(u64, usize)>) -> Sca
     scan_instance(text, id, start)
 }
 
-/// The next position where a line, a statement or nothing but blanks begins with `#`.
+/// The next position at which a `#` begins a line or a statement, or follows only blanks.
 fn next_record(text: &[u8], mut at: usize) -> usize {
     while let Some(offset) = text[at..].iter().position(|&byte| byte == b'#') {
         at += offset;
@@ -304,14 +307,14 @@ fn next_record(text: &[u8], mut at: usize) -> usize {
     text.len()
 }
 
-/// Skips a statement that is not an instance: a section's name, an entity of the header, an anchor.
+/// Skips a statement that is not an instance, such as the name of a section, an entity of the header or an anchor.
 fn skip_statement(text: &[u8], mut at: usize) -> usize {
     while let Some(&byte) = text.get(at) {
         match byte {
             b';' => return at + 1,
             b'\'' => {
                 let end = skip_string(text, at).unwrap_or(text.len());
-                // An apostrophe too many shows here, before it swallows the sections that follow.
+                // A superfluous apostrophe is detected here. Otherwise it would hide the sections that follow.
                 if !matches!(
                     text.get(skip_blank(text, end)),
                     Some(b',' | b')' | b';' | b'}')
@@ -350,7 +353,7 @@ fn loss(text: &[u8], at: usize, error: ScanError) -> LostEntity {
     }
 }
 
-/// A number that is too large to be kept as one, as it is written.
+/// The text of a number that is too large for an integer.
 fn written_id(text: &[u8], at: usize) -> String {
     const MAX_DIGITS: usize = 40;
     let digits = text[at + 1..]

@@ -1,10 +1,10 @@
-//! Writes an instance again with other numbers, without blanks and comments, and with neutral strings. Numeric values and names
-//! of classes stay as they are, byte by byte.
+//! Writes an instance again with other numbers, without blanks and comments, and with neutral strings. Numeric values and class
+//! names are copied byte by byte.
 
 use super::params::parse_id;
 use super::scan::{skip_binary, skip_blank, skip_string};
 
-/// Strings that belong to the format: names of units and of what a reader looks for. All others are emptied.
+/// Strings that belong to the format: names of units and other names that readers search for. All other strings are emptied.
 const NEUTRAL: &[&str] = &[
     "2d",
     "2d space",
@@ -53,7 +53,7 @@ const NEUTRAL: &[&str] = &[
     "yellow",
 ];
 
-/// Schemas that many programs write; any other name may be a company's own.
+/// Schemas that many programs write. Any other schema may belong to a single company.
 const SCHEMAS: &[&str] = &[
     "AUTOMOTIVE_DESIGN",
     "CONFIG_CONTROL_DESIGN",
@@ -72,7 +72,7 @@ enum Token<'a> {
     Other(&'a [u8]),
 }
 
-/// The numbers that an instance refers to, in the order of the text; one that is named twice is there twice.
+/// The numbers to which an instance refers, in the order of the text. A number that is used twice is included twice.
 pub(crate) fn references_in(written: &[u8]) -> impl Iterator<Item = u64> + '_ {
     tokens(written).filter_map(|token| {
         if let Token::Reference(id) = token {
@@ -83,7 +83,7 @@ pub(crate) fn references_in(written: &[u8]) -> impl Iterator<Item = u64> + '_ {
     })
 }
 
-/// Appends an instance to a text, each of its references with the number that `number_of` gives for it.
+/// Appends an instance to a text. `number_of` gives the new number of each reference.
 pub(crate) fn rewritten(written: &[u8], number_of: impl Fn(u64) -> u64, text: &mut Vec<u8>) {
     let is_word =
         |byte: Option<&u8>| byte.is_some_and(|byte| byte.is_ascii_alphanumeric() || *byte == b'_');
@@ -103,7 +103,7 @@ pub(crate) fn rewritten(written: &[u8], number_of: impl Fn(u64) -> u64, text: &m
                 text.push(b'\'');
             }
             Token::Other(bytes) => {
-                // Two words that a blank keeps apart stay apart.
+                // Two words that are separated by a blank remain separated.
                 if is_apart && is_word(text.last()) && is_word(bytes.first()) {
                     text.push(b' ');
                 }
@@ -114,7 +114,7 @@ pub(crate) fn rewritten(written: &[u8], number_of: impl Fn(u64) -> u64, text: &m
     }
 }
 
-/// Whether a string is of the format itself.
+/// Whether a string belongs to the format itself.
 fn is_neutral(inside: &[u8]) -> bool {
     let lower = inside.to_ascii_lowercase();
     NEUTRAL.iter().any(|known| known.as_bytes() == lower)
@@ -134,7 +134,7 @@ pub(crate) fn schema_of(header: &[u8]) -> Option<&str> {
     (is_plain && SCHEMAS.iter().any(|known| name.starts_with(known))).then_some(name)
 }
 
-/// The pieces of an instance's text; what does not parse ends them.
+/// The pieces of an instance's text, up to the first one that does not parse.
 fn tokens(text: &[u8]) -> impl Iterator<Item = Token<'_>> {
     let mut at = 0;
     std::iter::from_fn(move || {

@@ -2,7 +2,7 @@
 //!
 //! Every function takes the text and a position in it, and returns the position after the token.
 
-/// The text ends inside a comment, a string or a list, or something stands where it cannot.
+/// The reason why a token has no end: the text ends inside it, or something is in a position where it is not allowed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub(crate) enum ScanError {
     #[error("the file ends inside it")]
@@ -21,17 +21,17 @@ pub(crate) enum ScanError {
     NoScope,
 }
 
-/// Skips white space, comments and the print directives `\N\` and `\F\`; an unclosed comment runs to the end of the text.
+/// Skips white space, comments and the print directives `\N\` and `\F\`. A comment without an end extends to the end of the text.
 #[inline(always)]
 pub(super) fn skip_blank(text: &[u8], at: usize) -> usize {
-    // Nearly always nothing is blank here, and that is seen at once.
+    // There is nearly always no blank here. This test finds that quickly.
     match text.get(at) {
         Some(b'\0'..=b' ' | b'/' | b'\\') => skip_blanks(text, at),
         _ => at,
     }
 }
 
-/// Skips whatever is blank from a position where something may be.
+/// Skips all blanks from a position at which there may be some.
 fn skip_blanks(text: &[u8], mut at: usize) -> usize {
     loop {
         match text.get(at) {
@@ -45,7 +45,7 @@ fn skip_blanks(text: &[u8], mut at: usize) -> usize {
     }
 }
 
-/// Skips one comment or print directive; stays where neither begins.
+/// Skips one comment or print directive. Returns the same position if neither begins there.
 #[cold]
 fn skip_remark(text: &[u8], at: usize) -> usize {
     match text.get(at..at + 2) {
@@ -74,7 +74,7 @@ pub(super) fn skip_name(text: &[u8], at: usize) -> usize {
     end
 }
 
-/// The bytes of keywords.
+/// For each byte, whether it may be in a keyword.
 const IN_NAME: [bool; 256] = {
     let mut is_in_name = [false; 256];
     let mut byte = 0;
@@ -86,8 +86,8 @@ const IN_NAME: [bool; 256] = {
     is_in_name
 };
 
-/// Skips a string from its opening quote to behind its closing one; a doubled quote stands for a quote, and so does
-/// the one in `\S\'`, which is a paragraph sign.
+/// Skips a string from its opening quote to the position after its closing quote. A doubled quote belongs to the string. So does
+/// the quote in `\S\'`, which is the code of another character.
 #[inline]
 pub(super) fn skip_string(text: &[u8], at: usize) -> Result<usize, ScanError> {
     // Most strings are empty.
@@ -113,24 +113,24 @@ pub(super) fn skip_string(text: &[u8], at: usize) -> Result<usize, ScanError> {
     }
 }
 
-/// The position behind a quote that may be part of its string, and whether it ends the string all the same.
+/// The position after a quote that may be part of its string, and whether it ends the string nevertheless.
 #[cold]
 fn skip_quote(text: &[u8], start: usize, end: usize) -> (usize, bool) {
     let is_doubled = text.get(end) == Some(&b'\'');
     if !text[start + 1..end - 1].ends_with(b"\\S\\") {
         return (end + usize::from(is_doubled), !is_doubled);
     }
-    // Some writers double this quote as well: what follows the last one tells.
+    // Some writers double this quote, too. The text after the last quote decides.
     let end = end + usize::from(is_doubled);
     (end, ends_parameter(text, end))
 }
 
-/// Whether what stands here ends a parameter.
+/// Whether a parameter ends at this position.
 fn ends_parameter(text: &[u8], at: usize) -> bool {
     matches!(text.get(skip_blank(text, at)), Some(b',' | b')'))
 }
 
-/// Skips a binary literal from its opening quotation mark to behind its closing one.
+/// Skips a binary literal from its opening quotation mark to the position after its closing one.
 pub(super) fn skip_binary(text: &[u8], at: usize) -> Result<usize, ScanError> {
     let digits = text[at + 1..]
         .iter()
@@ -144,8 +144,8 @@ pub(super) fn skip_binary(text: &[u8], at: usize) -> Result<usize, ScanError> {
     }
 }
 
-/// Skips `<…>`, an anchor or an address, in which any character may stand; a `<` that is not closed on its line is
-/// skipped alone.
+/// Skips `<…>`, an anchor or an address, which may contain any character. If a `<` is not closed on its line, only the `<` is
+/// skipped.
 pub(super) fn skip_resource(text: &[u8], at: usize) -> usize {
     let end = text[at + 1..]
         .iter()
@@ -154,7 +154,7 @@ pub(super) fn skip_resource(text: &[u8], at: usize) -> usize {
     end.filter(|&end| text[end] == b'>').map_or(at, |end| end) + 1
 }
 
-/// The bytes at which a list needs a look; all others are skipped over.
+/// For each byte, whether a list must be examined there. All other bytes are skipped.
 const STOPS: [bool; 256] = {
     let mut stops = [false; 256];
     let bytes = b"()'\"/;=";
@@ -166,7 +166,8 @@ const STOPS: [bool; 256] = {
     stops
 };
 
-/// Skips a list from its opening parenthesis to behind the one that closes it; an error says how far it came.
+/// Skips a list from its opening parenthesis to the position after its closing one. An error contains the position that was
+/// reached.
 pub(super) fn skip_list(text: &[u8], mut at: usize) -> Result<usize, (ScanError, usize)> {
     let mut depth = 0_usize;
     while let Some(&byte) = text.get(at) {
@@ -188,7 +189,7 @@ pub(super) fn skip_list(text: &[u8], mut at: usize) -> Result<usize, (ScanError,
             }
             b'\'' => {
                 at = skip_string(text, at).map_err(|error| (error, text.len()))?;
-                // A quote too many shows here: what follows a string is a comma or the end of the list.
+                // A superfluous quote is detected here, because a string is followed by a comma or the end of the list.
                 if ends_parameter(text, at) {
                     continue;
                 }

@@ -3,10 +3,10 @@
 //! ISO 10303 registers a short name of at most six characters for each entity. This list has those of shapes, structure, units
 //! and styles. A class whose short name is its own name (`PLANE`, `LINE`, `FACE`) is omitted.
 
-/// No short name is longer.
+/// The length of the longest short name.
 pub(super) const LONGEST: usize = 6;
 
-/// The full name of a short name, in capital or small letters.
+/// The full name of a class, from its short name in capital or small letters.
 pub(super) fn long_name(short: &[u8]) -> Option<&'static str> {
     if short.len() > LONGEST {
         return None;

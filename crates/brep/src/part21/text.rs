@@ -5,7 +5,8 @@ use encoding_rs::{
     WINDOWS_1252, WINDOWS_1254,
 };
 
-/// The parts of ISO 8859 that `\PA\` to `\PI\` choose. Windows's tables of parts 1 and 9 have the same upper halves.
+/// The parts of ISO 8859 that `\PA\` to `\PI\` choose. The tables of Windows are used for parts 1 and 9, because they have the
+/// same upper halves.
 const PAGES: [&Encoding; 9] = [
     WINDOWS_1252,
     ISO_8859_2,
@@ -43,15 +44,15 @@ pub fn decode_text(raw: &[u8]) -> String {
     decoded.text
 }
 
-/// A string as far as it is decoded.
+/// A string that is being decoded.
 struct DecodedText {
     text: String,
-    /// What `\S\` chooses characters from.
+    /// The table from which `\S\` chooses characters.
     page: &'static Encoding,
 }
 
 impl DecodedText {
-    /// Decodes what starts with a quote or a backslash; gives the number of bytes that it took.
+    /// Decodes a directive that starts with a quote or a backslash. Returns the number of its bytes.
     fn directive(&mut self, rest: &str) -> usize {
         if rest.starts_with("''") || rest.starts_with("\\\\") {
             self.text.push_str(&rest[..1]);
@@ -104,7 +105,7 @@ impl DecodedText {
         Some(5)
     }
 
-    /// `\PE\`: what follows `\S\` is from part 5 of ISO 8859 from here on.
+    /// `\PE\`: from here on, characters after `\S\` are from part 5 of ISO 8859.
     fn page(&mut self, rest: &str) -> Option<usize> {
         let [letter, b'\\', ..] = *rest.strip_prefix("\\P")?.as_bytes() else {
             return None;
@@ -113,7 +114,7 @@ impl DecodedText {
         Some(4)
     }
 
-    /// `\S\d`: the character 128 positions further in the page.
+    /// `\S\d`: the character 128 positions further in the table.
     fn shifted(&mut self, rest: &str) -> Option<usize> {
         let shifted = rest.strip_prefix("\\S\\")?;
         let byte @ 0x20..0x7f = *shifted.as_bytes().first()? else {

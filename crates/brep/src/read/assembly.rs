@@ -11,23 +11,24 @@ use crate::model::{LostEntity, LostKind};
 use crate::part21::{Keyword, Param};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Where representations stand in each other.
+/// The positions of representations in one another.
 ///
-/// Representations that a relationship without a transformation joins share one coordinate system, which is
-/// named by the lowest `#` number among them.
+/// Representations that are joined by a relationship without a transformation share one coordinate system. It is named by the
+/// lowest `#` number among them.
 #[derive(Default)]
 pub(super) struct Assembly {
     system_of: BTreeMap<u64, u64>,
     /// The occurrences of each system in others, in file order.
     placed: BTreeMap<u64, Vec<Placing>>,
-    /// The product definition that each system is the shape of.
+    /// The product definition whose shape each system is.
     definition_of: BTreeMap<u64, u64>,
     lost: Vec<LostEntity>,
 }
 
-/// More occurrences of one product than this are counted and not listed: nested assemblies multiply.
+/// The largest number of occurrences of one product that are listed. Further ones are only counted, because nested assemblies
+/// multiply them.
 const MAX_OCCURRENCES: usize = 100_000;
-/// An assembly may be nested so deep; real ones stop at a dozen.
+/// The largest depth of an assembly. Real assemblies have about a dozen levels at most.
 const MAX_DEPTH: usize = 64;
 
 /// An occurrence of one representation in another.
@@ -41,11 +42,11 @@ struct Placing {
 
 /// One path from a representation to a root of its assembly.
 pub(super) struct Occurrence {
-    /// The systems on it, from the root down.
+    /// The systems on the path, from the root down.
     pub(super) systems: Vec<u64>,
-    /// The mapped items and relationships on it, from the shape up.
+    /// The mapped items and relationships on the path, from the shape up.
     pub(super) items: Vec<u64>,
-    /// The motion along it.
+    /// The motion along the path.
     pub(super) motion: Motion,
 }
 
@@ -80,8 +81,8 @@ impl Assembly {
         assembly
     }
 
-    /// Of representations that list one item, the first that stands in another, or else that is a product's shape;
-    /// exporters list a solid again where they attach a property to it.
+    /// Chooses one of the representations that list the same item: the first that is placed in another one, or else the first
+    /// that is the shape of a product. Exporters list a solid again where they attach a property to it.
     pub(super) fn most_placed(&self, representations: &[u64]) -> Option<u64> {
         let is_placed =
             |&&representation: &&u64| self.placed.contains_key(&self.system(representation));
@@ -97,7 +98,7 @@ impl Assembly {
             .copied()
     }
 
-    /// The motion from a representation to the root of its assembly; `None` if its coordinates are those of the root.
+    /// The motion from a representation to the root of its assembly. Returns `None` if its coordinates are those of the root.
     pub(super) fn motion(&mut self, representation: u64) -> Option<Motion> {
         let mut system = self.system(representation);
         let mut total: Option<Motion> = None;
@@ -123,7 +124,7 @@ impl Assembly {
         total.filter(|motion| *motion != Motion::IDENTITY)
     }
 
-    /// Every path from a representation to a root of its assembly, the first occurrence first.
+    /// Every path from a representation to a root of its assembly. The first occurrence comes first.
     pub(super) fn occurrences(&mut self, representation: u64) -> Vec<Occurrence> {
         let mut found = Vec::new();
         let mut open = vec![(
@@ -154,7 +155,7 @@ impl Assembly {
                 });
                 break;
             }
-            // The last one that is pushed is taken first.
+            // The placing that is pushed last is taken first.
             for placing in placings
                 .iter()
                 .rev()
@@ -168,7 +169,7 @@ impl Assembly {
         found
     }
 
-    /// The name of the product that a representation is the shape of.
+    /// The name of the product whose shape a representation is.
     pub(super) fn product_name(
         &self,
         source: &StepFile<'_>,
@@ -185,12 +186,12 @@ impl Assembly {
         name_of(name).or_else(|| name_of(id))
     }
 
-    /// The product definition that a coordinate system is the shape of.
+    /// The product definition whose shape a coordinate system is.
     pub(super) fn definition(&self, system: u64) -> Option<u64> {
         self.definition_of.get(&system).copied()
     }
 
-    /// Whether a coordinate system stands in another one.
+    /// Whether a coordinate system is placed in another one.
     pub(super) fn is_placed(&self, system: u64) -> bool {
         self.placed.contains_key(&system)
     }
@@ -208,7 +209,7 @@ impl Assembly {
             .unwrap_or(representation)
     }
 
-    /// Walks the relationships without transformation, each connected set from its lowest number.
+    /// Joins the systems that are connected by relationships without a transformation. Each connected set gets its lowest number.
     fn join_systems(&mut self, relationships: &[Relationship<'_>]) {
         let mut neighbors: BTreeMap<u64, Vec<u64>> = BTreeMap::new();
         for joint in relationships
@@ -230,7 +231,7 @@ impl Assembly {
         }
     }
 
-    /// Notes the product definition behind each `SHAPE_DEFINITION_REPRESENTATION`.
+    /// Reads the product definition of each `SHAPE_DEFINITION_REPRESENTATION`.
     fn read_definitions(&mut self, source: &StepFile<'_>) {
         for &record in source.exchange.records() {
             if record.keyword != Keyword::ShapeDefinitionRepresentation {
@@ -300,7 +301,7 @@ impl Assembly {
             Ok(motion) => motion,
             Err(error) => return self.lose(record.id, &error),
         };
-        // The first representation is the component's, unless the occurrence says otherwise.
+        // The first representation is that of the component, unless the occurrence contradicts this.
         let (first, second) = (self.system(first), self.system(second));
         if child == Some(second) && child != Some(first) {
             self.place(

@@ -15,7 +15,7 @@ use crate::part21::{Keyword, Param, ParamError, Record};
 use partprobe_shape::{Point, bounding_diagonal, distance};
 use std::sync::Arc;
 
-/// Ends of segments farther apart than this fraction of the boundary's size do not meet.
+/// The ends of two segments do not meet if their distance exceeds this fraction of the boundary's size.
 const LARGEST_GAP: f64 = 0.01;
 
 /// Whether an element of a geometric set is a surface with bounds.
@@ -37,8 +37,8 @@ pub(super) fn is_bounded_surface(reader: &Reader<'_, '_>, record: Record) -> boo
     }
 }
 
-/// The loops of a bounded surface, each walked with the surface on its left. `same_sense` says whether the face's normal is
-/// that of `surface`.
+/// The loops of a bounded surface. Each has the surface on its left. `same_sense` says whether the face's normal is that of
+/// `surface`.
 pub(super) fn loops_of(
     reader: &Reader<'_, '_>,
     edges: &mut EdgeTable,
@@ -57,7 +57,8 @@ pub(super) fn loops_of(
     }
     let mut loops = Vec::new();
     let mut bounded = record;
-    // What a bounded surface bounds may be one itself: then all that is listed inside the natural bounds are holes.
+    // The basis of a bounded surface may be a bounded surface itself. Then all listed boundaries inside the natural bounds are
+    // holes.
     for _ in 0..MAX_NESTING {
         let [_, basis] = reader.source.params(bounded)?;
         let basis = reader.source.record(basis.reference()?)?;
@@ -84,7 +85,7 @@ pub(super) fn loops_of(
     Err(Problem::TooDeep.into())
 }
 
-/// Whether the ends of the surface's own parameters are its outer bound.
+/// Whether the outer bound of the surface is at the ends of its parameters.
 fn has_implicit_outer(reader: &Reader<'_, '_>, record: Record) -> Result<bool, EntityError> {
     match reader.source.params(record) {
         Ok([_, _, _, Param::Unset | Param::Derived]) | Err(ParamError::Missing) => Ok(false),
@@ -109,7 +110,7 @@ fn listed_boundaries(
     boundaries.collect()
 }
 
-/// The only boundary on a sphere encloses the smaller part of it.
+/// Reverses the only boundary on a sphere if it encloses the larger part of it.
 fn mend_sense_on_sphere(edges: &EdgeTable, surface: &Surface, loops: &mut [Loop]) {
     if let ([boundary], Surface::Sphere { frame, .. }) = (loops, surface)
         && encloses_more_than_half(&edges.points_along(boundary, 2), frame.origin)
@@ -118,7 +119,7 @@ fn mend_sense_on_sphere(edges: &EdgeTable, surface: &Surface, loops: &mut [Loop]
     }
 }
 
-/// Edges for the segments of a closed boundary, each from the end of the one before.
+/// Makes edges of the segments of a closed boundary. Each begins at the end of the previous one.
 fn segment_loop(
     edges: &mut EdgeTable,
     mut segments: Vec<CompositeSegment>,
@@ -161,7 +162,7 @@ fn segment_loop(
     Ok(Loop::Edges(uses))
 }
 
-/// Turns the segments that run against the walk: files set their senses carelessly.
+/// Reverses the segments that run against the walk. In many files their senses are not reliable.
 fn set_end_to_end(segments: &mut [CompositeSegment]) {
     let ends =
         |segment: &CompositeSegment| [segment.start, segment.end].map(|t| segment.curve.point(t));
@@ -183,7 +184,7 @@ fn set_end_to_end(segments: &mut [CompositeSegment]) {
 }
 
 impl<'a> Reader<'_, 'a> {
-    /// The segments of a boundary curve, however its class is called.
+    /// The segments of a boundary curve of any class.
     fn composite_segments(&self, record: Record) -> Result<Vec<CompositeSegment>, EntityError> {
         let segments = match record.keyword {
             Keyword::CompositeCurve
@@ -199,7 +200,7 @@ impl<'a> Reader<'_, 'a> {
         self.segments(segments, 0)
     }
 
-    /// A boundary that is one bounded curve.
+    /// The segment of a boundary that consists of one bounded curve.
     fn closed_segment(&self, id: u64) -> Result<Vec<CompositeSegment>, EntityError> {
         let DirectedCurve { curve, same_sense } = self.curve(id, 0)?;
         let (start, end) = curve

@@ -5,16 +5,16 @@ use super::space::Reader;
 use crate::geometry::{BsplineCurve, BsplineSurface, MAX_DEGREE};
 use crate::part21::{Keyword, Param, Params, Record};
 
-/// How the knots of a spline are given.
+/// How a file gives the knots of a spline.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum KnotRule {
     /// The file lists them.
     Listed,
-    /// One whole step for each pole, not clamped.
+    /// One unit step per pole, not clamped.
     Uniform,
-    /// Clamped, one whole step for each interior knot.
+    /// Clamped, with one unit step per interior knot.
     QuasiUniform,
-    /// Clamped, Bézier pieces end to end.
+    /// Clamped, with Bézier pieces end to end.
     Bezier,
 }
 
@@ -113,7 +113,7 @@ impl<'a> Reader<'_, 'a> {
         }
     }
 
-    /// The list of weights of a rational spline; none of any other.
+    /// The list of weights of a rational spline. Returns `None` for any other spline.
     fn weights(&self, record: Record, name: &str) -> Result<Option<Params<'a>>, EntityError> {
         if record.keyword != Keyword::Complex {
             return Ok(None);
@@ -125,7 +125,7 @@ impl<'a> Reader<'_, 'a> {
         Ok(Some(weights.list()?))
     }
 
-    /// The poles of a surface, v running fastest, and how many there are along u and v.
+    /// The poles of a surface, with v varying fastest, and their numbers along u and v.
     fn pole_grid(&self, rows: Param<'a>) -> Result<(Vec<[f64; 4]>, [usize; 2]), EntityError> {
         let mut poles = Vec::new();
         let mut n_rows = 0;
@@ -152,7 +152,7 @@ impl<'a> Reader<'_, 'a> {
     }
 }
 
-/// A degree that splines are evaluated for; a file may state any number.
+/// The degree, if splines of this degree can be evaluated. A file may state any number.
 fn checked_degree(param: Param<'_>) -> Result<usize, EntityError> {
     match param.count()? {
         degree @ 1..=MAX_DEGREE => Ok(degree),
@@ -160,7 +160,7 @@ fn checked_degree(param: Param<'_>) -> Result<usize, EntityError> {
     }
 }
 
-/// Makes poles homogeneous; without weights they are already.
+/// Makes poles homogeneous. Without weights they already are.
 fn apply_weights<'a>(
     poles: &mut [[f64; 4]],
     weights: Option<Params<'a>>,
@@ -179,7 +179,7 @@ fn apply_weights<'a>(
     Ok(())
 }
 
-/// Knots repeated by their multiplicities, which must give `n_knots` in all.
+/// The knots, repeated by their multiplicities. Their total number must be `n_knots`.
 fn written_out(
     multiplicities: Param<'_>,
     knots: Param<'_>,
@@ -198,7 +198,7 @@ fn written_out(
             .next_param()?
             .ok_or_else(miscounted)?
             .count()?;
-        // Asked before anything is written: a file may state any number.
+        // This is checked before the list grows, because a file may state any number.
         if times > n_knots - written.len() {
             return Err(miscounted());
         }
@@ -211,7 +211,7 @@ fn written_out(
     }
 }
 
-/// The knots that a rule gives a spline with so many poles.
+/// The knots that a rule gives to a spline with `n_poles` poles.
 fn ruled_knots(rule: KnotRule, n_poles: usize, degree: usize) -> Result<Vec<f64>, EntityError> {
     if n_poles <= degree {
         return Err(Problem::Geometry("it has too few poles for its degree").into());

@@ -1,13 +1,13 @@
-//! Classifies the entities that give a solid by its construction.
+//! Classifies the entities that define a solid by its construction.
 
 use crate::part21::Keyword;
 
-/// Whether an entity is a solid, or a part of one, that is given by what makes it.
+/// Whether an entity is a solid that is defined by its construction, or an operand of one.
 pub(super) fn is_construction(keyword: Keyword) -> bool {
     is_constructed_solid(keyword) || is_operand(keyword)
 }
 
-/// Whether an entity is a solid of the model that is given by what makes it.
+/// Whether an entity is a solid of the model that is defined by its construction.
 pub(super) fn is_constructed_solid(keyword: Keyword) -> bool {
     matches!(
         keyword,
@@ -23,7 +23,7 @@ pub(super) fn is_constructed_solid(keyword: Keyword) -> bool {
     )
 }
 
-/// Whether an entity may be an operand of a boolean, and is a body only where a representation lists it.
+/// Whether an entity may be an operand of a Boolean operation. It is a body only if a representation lists it.
 pub(super) fn is_operand(keyword: Keyword) -> bool {
     matches!(
         keyword,

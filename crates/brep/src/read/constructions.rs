@@ -1,5 +1,5 @@
-//! Reads solids that a file gives by their construction. A single primitive becomes a body of faces. Others (Boolean results,
-//! sweeps, replicas) are named and not evaluated.
+//! Reads solids that a file defines by their construction. A single primitive becomes a body of faces. Others (Boolean results,
+//! sweeps, replicas) are named but not evaluated.
 
 use super::construction_classes::is_primitive;
 use super::error::{EntityError, Problem};
@@ -10,7 +10,7 @@ use crate::model::LostKind;
 use crate::part21::{Keyword, Param, Record};
 
 impl<'s, 'a> TopologyBuilder<'s, 'a> {
-    /// Adds a primitive, or names a solid that would have to be evaluated, with what it is made of.
+    /// Adds a primitive. A solid that would have to be evaluated is named with its construction.
     pub(super) fn add_construction(&mut self, reader: Reader<'s, 'a>, record: Record) {
         let outcome = match self
             .source
@@ -26,7 +26,7 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
     }
 }
 
-/// What a solid is made of: the root of the tree of a `CSG_SOLID`, and any other entity itself.
+/// The construction of a solid: the root of the tree of a `CSG_SOLID`, or the entity itself for any other class.
 fn tree_root(source: &StepFile<'_>, record: Record) -> Result<Record, EntityError> {
     let params = match record.keyword {
         Keyword::CsgSolid => source.class_params(record, "CSG_SOLID", 1)?,

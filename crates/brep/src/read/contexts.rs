@@ -8,19 +8,19 @@ use crate::part21::Record;
 use partprobe_shape::Units;
 use std::collections::BTreeMap;
 
-/// Units by context, as far as they were asked for.
+/// The units of the contexts for which they were requested.
 pub(super) struct Contexts<'s, 'a> {
     source: &'s StepFile<'a>,
     known: BTreeMap<u64, Option<Units>>,
-    /// The units of what names no context: those of the first context that was read.
+    /// The units of representations without a context: those of the first context that was read.
     fallback: Option<Units>,
-    /// No context of the file assigns units.
+    /// Whether no context of the file assigns units.
     has_none: bool,
     lost: Vec<LostEntity>,
 }
 
 impl<'s, 'a> Contexts<'s, 'a> {
-    /// Nothing is read yet.
+    /// Makes an empty list. Nothing is read yet.
     pub(super) fn new(source: &'s StepFile<'a>) -> Self {
         Self {
             source,
@@ -31,7 +31,7 @@ impl<'s, 'a> Contexts<'s, 'a> {
         }
     }
 
-    /// The units of a representation; millimeter and radian where nothing in the file says more.
+    /// The units of a representation. They are millimeter and radian if the file does not define others.
     pub(super) fn units(&mut self, representation: Option<u64>) -> Units {
         let record = representation.and_then(|id| self.source.record(id).ok());
         let context = record.and_then(|record| representation_of(self.source, record)?.context);
@@ -41,7 +41,7 @@ impl<'s, 'a> Contexts<'s, 'a> {
             .unwrap_or_else(default_units)
     }
 
-    /// Reads the first context of the file that assigns units, if none is known yet.
+    /// Reads the first context of the file that assigns units, if no units are known yet.
     pub(super) fn ensure_units(&mut self) {
         if self.fallback.is_some() {
             return;
@@ -56,7 +56,7 @@ impl<'s, 'a> Contexts<'s, 'a> {
             .find_map(|context| self.units_of(context.id));
     }
 
-    /// Millimeters are assumed if no context of the file assigns units.
+    /// The message that millimeters are assumed, if no context of the file assigns units.
     pub(super) fn assumption(&self) -> Option<LostEntity> {
         let reason = "the file states no length unit, millimeters are assumed";
         self.has_none.then(|| LostEntity {
@@ -66,7 +66,7 @@ impl<'s, 'a> Contexts<'s, 'a> {
         })
     }
 
-    /// Contexts whose units cannot be read.
+    /// The contexts whose units could not be read.
     pub(super) fn into_lost(self) -> Vec<LostEntity> {
         self.lost
     }

@@ -1,4 +1,4 @@
-//! Reads curves, without the entities that only trim them or bind them to surfaces.
+//! Reads curves. Entities that only trim a curve or bind it to surfaces are followed to the curve itself.
 
 use super::error::{EntityError, Problem};
 use super::space::{Reader, Space};
@@ -6,13 +6,13 @@ use crate::geometry::{CompositeSegment, Curve};
 use crate::part21::{Keyword, Param, ParamError, Params, Record};
 use partprobe_shape::Point;
 
-/// Curves may lie in curves so many times.
+/// The largest depth of curves that refer to curves.
 pub(super) const MAX_NESTING: u32 = 12;
 
-/// A curve, and whether what referred to it ran in its direction.
+/// A curve, and whether the entity that refers to it runs in its direction.
 pub(super) struct DirectedCurve {
     pub(super) curve: Curve,
-    /// False where a trimmed curve runs against its basis.
+    /// False if a trimmed curve runs against its basis.
     pub(super) same_sense: bool,
 }
 
@@ -26,7 +26,7 @@ impl From<Curve> for DirectedCurve {
 }
 
 impl<'a> Reader<'_, 'a> {
-    /// The curve of space that an instance stands for.
+    /// The curve in space that an instance defines.
     pub(super) fn curve(&self, id: u64, nesting: u32) -> Result<DirectedCurve, EntityError> {
         if nesting > MAX_NESTING {
             return Err(EntityError::from(Problem::TooDeep).within(id));
@@ -131,7 +131,7 @@ impl<'a> Reader<'_, 'a> {
         let basis = self.curve(basis.reference()?, nesting + 1)?;
         let distance = self.length(distance)?;
         let reference = self.direction(reference.reference()?)?;
-        // The offset lies on the other side when the basis is walked backwards, or seen in a mirror.
+        // The offset lies on the other side if the basis is walked backwards, or if the representation is mirrored.
         let is_left = basis.same_sense != self.is_mirrored();
         let distance = if is_left { distance } else { -distance };
         let curve = Curve::Offset {
@@ -145,7 +145,7 @@ impl<'a> Reader<'_, 'a> {
         })
     }
 
-    /// A complex instance is a composite curve or a B-spline.
+    /// The curve of a complex instance: a composite curve or a B-spline.
     fn complex_curve(&self, record: Record, nesting: u32) -> Result<DirectedCurve, EntityError> {
         if let Some(params) = self.source.exchange.partial(record, "COMPOSITE_CURVE") {
             let [segments] = params.first()?;
@@ -209,8 +209,8 @@ impl<'a> Reader<'_, 'a> {
         })
     }
 
-    /// What a curve without a curve of space says of it: the surface of its first `PCURVE`, and the curve in that
-    /// surface's parameter plane, in the file's own numbers.
+    /// The geometry of a curve that has no curve in space: the surface of its first `PCURVE`, and the curve in the parameter
+    /// plane of that surface, in the units of the file.
     pub(super) fn parameter_curve(
         &self,
         id: u64,
@@ -225,7 +225,7 @@ impl<'a> Reader<'_, 'a> {
         })
     }
 
-    /// The curve of a parameter plane that a `DEFINITIONAL_REPRESENTATION` lists, in the file's own numbers.
+    /// The curve in a parameter plane that a `DEFINITIONAL_REPRESENTATION` lists, in the units of the file.
     pub(super) fn curve_of_parameter_plane(
         &self,
         representation: u64,
@@ -245,7 +245,7 @@ impl<'a> Reader<'_, 'a> {
         .curve(curve.reference()?, 1)
     }
 
-    /// The `PCURVE` that a curve is, or the first that it is bound to.
+    /// The curve itself if it is a `PCURVE`, or else the first `PCURVE` to which it is bound.
     fn pcurve_of(&self, record: Record) -> Result<Option<Record>, EntityError> {
         if record.keyword == Keyword::Pcurve {
             return Ok(Some(record));
@@ -263,7 +263,7 @@ impl<'a> Reader<'_, 'a> {
         Ok(None)
     }
 
-    /// The curve of space of a curve that is bound to surfaces; none of any other curve.
+    /// The curve in space of a curve that is bound to surfaces. Returns `None` for any other curve.
     pub(super) fn curve_3d(&self, record: Record) -> Result<Option<u64>, EntityError> {
         let Some(params) = self.surface_curve(record)? else {
             return Ok(None);
@@ -272,7 +272,7 @@ impl<'a> Reader<'_, 'a> {
         Ok(Some(curve_3d.reference()?))
     }
 
-    /// The attributes of a curve that is bound to surfaces; none of any other curve.
+    /// The attributes of a curve that is bound to surfaces. Returns `None` for any other curve.
     fn surface_curve(&self, record: Record) -> Result<Option<Params<'a>>, ParamError> {
         match record.keyword {
             Keyword::SurfaceCurve

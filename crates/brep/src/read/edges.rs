@@ -12,10 +12,10 @@ use partprobe_shape::{Point, distance, subtract};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// A straight edge that was assumed for want of a curve may leave its surface by this fraction of its length.
+/// If an edge has no curve, it is assumed to be straight. It may then leave its surface by this fraction of its length.
 const LARGEST_SAG: f64 = 1e-3;
 
-/// Vertices and edges, and which instances they were read from.
+/// Vertices and edges, and the instances from which they were read.
 pub(super) struct EdgeTable {
     vertices: Vec<Vertex>,
     edges: Vec<BrepEdge>,
@@ -23,16 +23,16 @@ pub(super) struct EdgeTable {
     edge_memo: Memo,
     curve_memo: Memo,
     curves: Vec<(Arc<Curve>, bool)>,
-    /// The surfaces that faces and curves lie on.
+    /// The surfaces of faces and of curves on surfaces.
     pub(super) surfaces: SurfaceTable,
-    /// Edges without a curve, which are taken to be straight.
+    /// Edges without a curve, which are assumed to be straight.
     assumed: Vec<u32>,
-    /// Sides of polygons by root and the lower and higher of their vertices.
+    /// Sides of polygons, by root and by the lower and the higher of their vertices.
     sides: BTreeMap<(u32, u32, u32), u32>,
 }
 
 impl EdgeTable {
-    /// An empty table for a file of so many instances.
+    /// An empty table for a file of `n_records` instances.
     pub(super) fn new(n_records: usize) -> Self {
         Self {
             vertices: Vec::new(),
@@ -69,7 +69,7 @@ impl EdgeTable {
         }
     }
 
-    /// The points that divide each edge of a loop into so many equal pieces, in walking order.
+    /// The points that divide each edge of a loop into `n_pieces` equal pieces, in walking order.
     pub(super) fn points_along(&self, boundary: &Loop, n_pieces: usize) -> Vec<Point> {
         let Loop::Edges(uses) = boundary else {
             return self.corners(boundary);
@@ -91,7 +91,7 @@ impl EdgeTable {
             .collect()
     }
 
-    /// The loop of a `FACE_BOUND`, its orientation flag applied.
+    /// The loop of a `FACE_BOUND`. Its orientation flag is applied.
     pub(super) fn bound(
         &mut self,
         reader: &Reader<'_, '_>,
@@ -207,8 +207,8 @@ impl EdgeTable {
         })
     }
 
-    /// The curve of an edge, and whether the edge runs along it; a `SUBEDGE` is a piece of its parent's. None of an edge
-    /// that is given by its vertices alone.
+    /// The curve of an edge, and whether the edge runs along it. A `SUBEDGE` is a piece of its parent's curve. Returns `None` for
+    /// an edge that is defined by its vertices only.
     fn edge_geometry(
         &mut self,
         reader: &Reader<'_, '_>,
@@ -261,7 +261,7 @@ impl EdgeTable {
         Ok(shared)
     }
 
-    /// The curve that a curve without a curve of space is on its surface; `None` if it names no surface either.
+    /// A curve on a surface, for a curve that has no curve in space. Returns `None` if it does not name a surface either.
     fn curve_on_surface(
         &mut self,
         reader: &Reader<'_, '_>,
@@ -279,7 +279,7 @@ impl EdgeTable {
             curve,
             scale,
         };
-        // In a plane a line stays one, and needs no division then.
+        // In a plane, a line remains a line, and it then needs no division.
         let curve = match (&*on_surface.surface, &on_surface.curve) {
             (Surface::Plane(_), Curve::Line { .. }) => {
                 let (origin, direction) = on_surface.derivative(0.0);
@@ -290,7 +290,7 @@ impl EdgeTable {
         Ok(Some(DirectedCurve { curve, same_sense }))
     }
 
-    /// Refuses straight edges that were assumed for want of a curve and would leave the face's surface.
+    /// Refuses edges that were assumed to be straight but would leave the face's surface.
     pub(super) fn check_assumed(
         &self,
         surface: &Surface,
@@ -322,7 +322,7 @@ impl EdgeTable {
         Ok(())
     }
 
-    /// The vertex of a `VERTEX_POINT`, or of the point itself where a polygon names it.
+    /// The vertex of a `VERTEX_POINT`, or of a point that a polygon names directly.
     fn vertex(&mut self, reader: &Reader<'_, '_>, root: u32, id: u64) -> Result<u32, EntityError> {
         reader.source.entity(id, |record| {
             let slot = reader.source.exchange.slot(id).ok_or(Problem::Missing)?;
@@ -344,7 +344,7 @@ impl EdgeTable {
         })
     }
 
-    /// Adds a vertex that no instance stands for.
+    /// Adds a vertex that has no instance in the file.
     pub(super) fn push_vertex(&mut self, point: Point) -> u32 {
         self.vertices.push(Vertex { step_id: 0, point });
         self.vertices.len() as u32 - 1
@@ -393,7 +393,7 @@ impl EdgeTable {
         ))
     }
 
-    /// The side of a polygon between two vertices; polygons that name the same points share it.
+    /// The side of a polygon between two vertices. Polygons that name the same points share it.
     fn side(&mut self, root: u32, from: u32, to: u32) -> EdgeUse {
         let (start, end) = (from.min(to), from.max(to));
         let edge = *self.sides.entry((root, start, end)).or_insert_with(|| {
@@ -441,7 +441,7 @@ fn not_empty(uses: Vec<EdgeUse>) -> Result<Loop, EntityError> {
     }
 }
 
-/// The loop walked the other way.
+/// The loop in the opposite direction.
 pub(super) fn reversed(boundary: Loop) -> Loop {
     match boundary {
         Loop::Edges(uses) => {

@@ -1,4 +1,4 @@
-//! Says why an entity cannot be read, with the `#` number of the innermost entity at fault.
+//! Describes why an entity cannot be read, with the `#` number of the innermost faulty entity.
 
 use crate::geometry::BsplineError;
 use crate::part21::ParamError;
@@ -7,7 +7,7 @@ use std::fmt;
 /// An entity that cannot be read.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct EntityError {
-    /// The innermost entity at fault, once it is known.
+    /// The innermost faulty entity, if it is known.
     entity: Option<u64>,
     problem: Problem,
 }
@@ -42,7 +42,7 @@ pub(super) enum Problem {
     OverBudget,
 }
 
-/// `a` or `an`, as the noun needs it.
+/// `a` or `an`, depending on the noun.
 fn article(noun: &str) -> &'static str {
     if noun.starts_with(['a', 'e', 'i', 'o', 'u']) {
         "an"
@@ -52,7 +52,7 @@ fn article(noun: &str) -> &'static str {
 }
 
 impl EntityError {
-    /// The error, laid to this entity unless it was laid to one inside it.
+    /// The error, assigned to this entity unless it is already assigned to an entity inside it.
     pub(super) fn within(self, id: u64) -> Self {
         Self {
             entity: self.entity.or(Some(id)),
@@ -62,7 +62,7 @@ impl EntityError {
 }
 
 impl EntityError {
-    /// What is wrong, for a list in which the entity `known` is named already.
+    /// The description of the problem, for a list in which the entity `known` is already named.
     pub(super) fn reason(&self, known: u64) -> String {
         if self.entity == Some(known) {
             self.problem.to_string()

@@ -4,10 +4,10 @@ use super::error::{EntityError, Problem};
 use super::file::{StepFile, name_of};
 use crate::part21::{Keyword, Param, ParamError, Record};
 
-/// An oriented shell may name an oriented shell, and so may faces; real files stop at one.
+/// The largest depth of oriented shells or faces that name oriented ones. Real files have one level.
 const MAX_ORIENTED: usize = 8;
 
-/// What a face's entity says.
+/// The attributes of a face's entity.
 pub(super) struct FaceAttributes<'a> {
     pub(super) name: Option<String>,
     pub(super) bounds: Param<'a>,
@@ -15,7 +15,7 @@ pub(super) struct FaceAttributes<'a> {
     pub(super) same_sense: bool,
 }
 
-/// Follows `ORIENTED_…` entities to what they orient, and says whether they turn it over.
+/// Follows `ORIENTED_…` entities to the entity that they orient, and says whether they reverse it.
 pub(super) fn oriented(source: &StepFile<'_>, id: u64) -> Result<(Record, bool), EntityError> {
     let mut record = source.record(id)?;
     let mut flipped = false;
@@ -50,12 +50,12 @@ pub(super) fn face_attributes<'a>(
         Keyword::AdvancedFace | Keyword::FaceSurface => {
             let [_, _, surface, same_sense] = source.params(record)?;
             match surface {
-                // Bounds have their sense from the face, so that a surface made of them needs none.
+                // The sense of the bounds refers to the face, so a surface that is made from the bounds does not need a sense.
                 Param::Unset => (None, true),
                 surface => (Some(surface.reference()?), source.flag(record, same_sense)?),
             }
         }
-        // A face of a faceted B-Rep is the plane of its polygons.
+        // A face of a faceted B-Rep lies in the plane of its polygons.
         Keyword::Face => (None, true),
         Keyword::Subface => parent_surface(source, record)?,
         _ => return Err(source.wrong_class(record, "face")),
@@ -68,7 +68,7 @@ pub(super) fn face_attributes<'a>(
     })
 }
 
-/// What a `SUBFACE` is a piece of: the surface of its parent.
+/// The surface of the parent of a `SUBFACE`.
 fn parent_surface(
     source: &StepFile<'_>,
     mut record: Record,

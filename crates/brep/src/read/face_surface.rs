@@ -11,12 +11,13 @@ use partprobe_shape::{Point, bounding_diagonal, dot};
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-/// Pieces of each edge whose ends must lie on a patch: an odd number, as half an edge may follow a patch's side.
+/// Number of pieces of each edge whose ends must lie on a patch. It is odd, because half of an edge may follow the side of a
+/// patch.
 const POINTS_ON_PATCH: usize = 5;
 
 impl<'s, 'a> TopologyBuilder<'s, 'a> {
-    /// One half of a revolved curve that covers its surface twice, such as an ellipse about its own axis; the sphere, if it is a
-    /// circle. A face without edges is all of what the file's own curve turns into.
+    /// The surface of one half of a revolved curve that covers its surface twice, such as an ellipse around its own axis. For a
+    /// circle it is a sphere. A face without edges keeps the surface of the whole curve.
     pub(super) fn covered_once(
         &self,
         context: ShellContext<'s, 'a>,
@@ -35,7 +36,7 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
             return shared;
         }
 
-        // Where the file trims the curve, its middle tells which half is meant.
+        // If the file trims the curve, the middle of the trimmed piece decides which half is used.
         let record = self.source.record(id).ok();
         let ended = record
             .and_then(|record| revolved_between_ends(&context.reader, &shared.surface, record));
@@ -59,7 +60,8 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
         }
     }
 
-    /// A torus that meets itself has two sheets, and its parameters do not say which a face lies on: its corners do.
+    /// The sheet of a torus that meets itself. Such a torus has two sheets. The corners of the face decide on which sheet it
+    /// lies, because the parameters do not.
     pub(super) fn on_its_sheet(
         &self,
         shared: SharedSurface,
@@ -112,10 +114,10 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
             major: -major,
             minor,
         };
-        // The sheets meet in the tips, where neither is nearer.
+        // The sheets meet at the tips, where neither of them is nearer.
         let beside = gap(&shared.surface);
         if beside > 1e-6 * minor && gap(&inner) < 0.5 * beside {
-            // There `∂u × ∂v` of the whole torus points the other way.
+            // On the inner sheet, `∂u × ∂v` of the whole torus has the opposite direction.
             SharedSurface {
                 surface: Arc::new(inner),
                 same_sense: !shared.same_sense,
@@ -126,7 +128,7 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
         }
     }
 
-    /// The sheet of a surface of revolution that the face's edges lie on; the whole surface where neither is nearer.
+    /// The sheet of a surface of revolution on which the face's edges lie. If neither sheet is nearer, it is the whole surface.
     pub(super) fn on_nearer_sheet(
         &self,
         shared: SharedSurface,
@@ -159,7 +161,7 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
         }
     }
 
-    /// A face that lies on one patch of a composite is a face of that patch's surface.
+    /// The surface of the patch on which a face lies, if it lies on a single patch of a composite.
     pub(super) fn on_its_patch(&self, shared: SharedSurface, loops: &[Loop]) -> SharedSurface {
         let Surface::Composite(composite) = &*shared.surface else {
             return shared;
@@ -181,8 +183,8 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
     }
 }
 
-/// The parameter of the basis in the middle of a curve of one piece that is no longer than half a turn. A longer arc covers
-/// a part of both halves.
+/// The parameter of the basis in the middle of a curve that consists of one piece of at most half a turn. A longer arc is in both
+/// halves.
 fn middle_of_arc(curve: &Curve) -> Option<f64> {
     let Curve::Composite(segments) = curve else {
         return None;
@@ -194,8 +196,8 @@ fn middle_of_arc(curve: &Curve) -> Option<f64> {
     is_in_one_half.then_some(0.5 * (segment.start + segment.end))
 }
 
-/// Whether the normal `∂u × ∂v` of a revolved arc leaves its axis. A face without an edge is the sheet that has material
-/// inside: a whole apple or a whole lemon.
+/// Whether the normal `∂u × ∂v` of a revolved arc points away from the axis. A face without an edge is the sheet that has
+/// material inside: a whole apple or a whole lemon.
 fn faces_away(axis: &Frame, sheet: &Surface) -> bool {
     let [x, y, _] = axis.local(sheet.point(0.0, 0.5));
     sheet

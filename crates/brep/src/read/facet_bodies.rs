@@ -1,6 +1,6 @@
 //! Reads bodies that a file gives as triangles: tessellated solids, shells, faces and sets.
 //!
-//! If the exact geometry of the same product was read, its tessellation shows the same shape again and is left out.
+//! If the exact geometry of the same product was read, its tessellation is the same shape again and is left out.
 
 use super::error::{EntityError, Problem};
 use super::facet_edges::{FaceUse, FacetEdge, NumberedFace, curve_of, facet_edges};
@@ -16,18 +16,18 @@ use partprobe_shape::FaceType;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// Sets of triangles may lie in sets; more entities than this are not looked for.
+/// Sets of triangles may contain sets. No more entities than this are read.
 const MAX_ELEMENTS: usize = 10_000_000;
 
-/// A face with its corners numbered over its body.
+/// A face whose corners are numbered within its body.
 struct Tessellated {
     record: Record,
     face: TessellatedFace,
 }
 
 impl<'s, 'a> TopologyBuilder<'s, 'a> {
-    /// Whether a tessellated body is left out, because what it stands for was read exactly. `has_exact_product` says whether
-    /// its product has exact faces.
+    /// Whether a tessellated body is left out because its exact shape was read. `has_exact_product` says whether its product has
+    /// exact faces.
     pub(super) fn stands_beside_exact(&mut self, root: &Root, has_exact_product: bool) -> bool {
         let elements = root.shells(self.source).unwrap_or_default();
         let mut links = elements.iter().filter_map(|&element| {
@@ -50,7 +50,7 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
         is_linked || has_exact_product
     }
 
-    /// Whether a representation lists anything alone that has not been read with a body.
+    /// Whether a representation lists a face or shell that has not yet been read as part of a body.
     pub(super) fn has_news(&self, root: &Root) -> bool {
         let is_tried = |&item: &u64| {
             self.source
@@ -127,7 +127,7 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
         }
     }
 
-    /// Reads the elements in file order, and the elements of sets where they stand.
+    /// Reads the elements in file order. The elements of a set are read in place of the set.
     fn tessellated_faces(
         &mut self,
         reader: Reader<'s, 'a>,
@@ -200,7 +200,7 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
             None if record.keyword == Keyword::CubicBezierTriangulatedFace => {
                 Err(self.source.wrong_class(record, "face of plane triangles"))
             }
-            // Edges, vertices and curves of a tessellation bound nothing.
+            // Edges, vertices and curves of a tessellation do not bound anything.
             None => Ok(Element::Nothing),
         }
     }
@@ -267,15 +267,15 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
     }
 }
 
-/// What an element of a tessellated body is.
+/// An element of a tessellated body.
 enum Element<'s, 'a> {
     Face(Tessellated),
-    /// Further elements, and the reader that stands where they do.
+    /// Further elements, and a reader in their coordinate system.
     Set(Reader<'s, 'a>, Vec<u64>),
     Nothing,
 }
 
-/// The elements of a set or a body that stands in one.
+/// The elements of a set, or of a body inside a set.
 fn children(source: &StepFile<'_>, record: Record) -> Result<Option<Vec<u64>>, EntityError> {
     let class = match record.keyword {
         Keyword::TessellatedGeometricSet => "TESSELLATED_GEOMETRIC_SET",
@@ -301,7 +301,7 @@ fn children(source: &StepFile<'_>, record: Record) -> Result<Option<Vec<u64>>, E
     Ok(Some(children.list()?.references()?))
 }
 
-/// The triangles over the face's own corners, in the order in which they are first met.
+/// The triangles of a face. Its corners are renumbered in the order of their first use.
 fn facets_of(face: &TessellatedFace, corners: &Corners) -> Facets {
     let mut own: BTreeMap<u32, u32> = BTreeMap::new();
     let mut facets = Facets {
@@ -327,7 +327,8 @@ fn facets_of(face: &TessellatedFace, corners: &Corners) -> Facets {
     facets
 }
 
-/// Uses of edges as walks that close where they can: each goes on with the first use that begins where the last one ends.
+/// Joins uses of edges into walks, which are closed if possible. Each walk continues with the first use that begins where the
+/// previous one ends.
 fn end_to_end(uses: Vec<(EdgeUse, [u32; 2])>) -> Vec<Loop> {
     let mut from: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
     for (index, (_, [start, _])) in uses.iter().enumerate().rev() {

@@ -1,39 +1,39 @@
 //! Finds the edges between faces that are given as triangles.
 //!
-//! A side belongs to an edge if its triangles are of several faces, or if it has only one triangle. Consecutive sides between the
-//! same faces form one edge. Two points are one vertex if their coordinates are equal to the last bit. Nothing is sewn.
+//! A side belongs to an edge if its triangles belong to several faces, or if it has only one triangle. Consecutive sides between
+//! the same faces form one edge. Two points are one vertex if their coordinates are equal to the last bit. Nothing is sewn.
 
 use crate::geometry::Curve;
 use partprobe_shape::{Point, subtract};
 use std::sync::Arc;
 
-/// The triangles of one face, with corners that are numbered over all faces of the body.
+/// The triangles of one face. Their corners are numbered over all faces of the body.
 pub(super) struct NumberedFace {
     pub(super) triangles: Vec<[u32; 3]>,
 }
 
-/// One edge: its vertices in walking order, and which faces walk along it, in this direction or against it.
+/// One edge: its vertices in walking order, and the faces that walk along it in this direction or against it.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct FacetEdge {
     pub(super) corners: Vec<u32>,
     pub(super) walks: Vec<FaceUse>,
 }
 
-/// A face that walks along an edge with itself on the left.
+/// The use of an edge by a face, which lies on the left of the walk.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct FaceUse {
     pub(super) face: u32,
     pub(super) forward: bool,
 }
 
-/// A side that bounds a face; the walks are seen from the lower of its ends to the higher.
+/// A side that bounds a face. The directions of the walks refer to the side from its lower to its higher end.
 struct Side {
     ends: [u32; 2],
     walks: Vec<FaceUse>,
 }
 
 impl Side {
-    /// The walks along the side when it is left at `to`.
+    /// The walks along the side, if the side is walked toward `to`.
     fn walks_to(&self, to: u32) -> Vec<FaceUse> {
         let is_reversed = to == self.ends[0];
         let mut walks = self.walks.clone();
@@ -64,7 +64,7 @@ pub(super) fn facet_edges(faces: &[NumberedFace], n_corners: usize) -> Vec<Facet
     }
     let mut is_taken = vec![false; sides.len()];
     let mut edges = Vec::new();
-    // Edges begin where they must, and rings where they may.
+    // First the edges that have ends are walked from their ends, and then the rings from any corner.
     for is_ring in [false, true] {
         for first in 0..sides.len() {
             for begin in sides[first].ends {
@@ -87,7 +87,7 @@ pub(super) fn facet_edges(faces: &[NumberedFace], n_corners: usize) -> Vec<Facet
     edges
 }
 
-/// The curve of an edge, straight between its corners.
+/// The curve of an edge. It is straight between the corners.
 pub(super) fn curve_of(corners: &[u32], points: &[Point]) -> Arc<Curve> {
     let corner_points: Vec<Point> = corners
         .iter()
@@ -102,7 +102,7 @@ pub(super) fn curve_of(corners: &[u32], points: &[Point]) -> Arc<Curve> {
     })
 }
 
-/// The sides that bound a face, by their ends.
+/// The sides that bound a face, sorted by their ends.
 fn bounding_sides(faces: &[NumberedFace]) -> Vec<Side> {
     let mut uses: Vec<([u32; 2], FaceUse)> = Vec::new();
     for (face, NumberedFace { triangles }) in (0..).zip(faces) {
@@ -130,7 +130,8 @@ fn bounding_sides(faces: &[NumberedFace]) -> Vec<Side> {
     sides
 }
 
-/// The side that goes on behind `corner`, where one other side meets this one there, between the same faces.
+/// The side that continues an edge at `corner`. Returns `None` unless exactly one other side meets this one there, between the
+/// same faces.
 fn continuation(sides: &[Side], at_corner: &[Vec<u32>], side: u32, corner: u32) -> Option<u32> {
     let [a, b] = at_corner[corner as usize][..] else {
         return None;
@@ -164,7 +165,7 @@ fn walk_from(
 mod tests {
     use super::*;
 
-    /// The corners of an edge, and its walks: a face, and whether it goes along the edge.
+    /// The corners of an edge, and its walks: a face, and whether it walks along the edge.
     type Expected<'a> = (&'a [u32], &'a [(u32, bool)]);
 
     #[track_caller]
@@ -189,13 +190,13 @@ mod tests {
 
     #[test]
     fn sides_in_a_row_are_one_edge() {
-        // A single triangle, and a square of two: all around they are a ring.
+        // A single triangle, and a square of two triangles. The border of each is a ring.
         check(&[&[[0, 1, 2]]], &[(&[0, 1, 2, 0], &[(0, true)])]);
         check(
             &[&[[0, 1, 2], [0, 2, 3]]],
             &[(&[0, 1, 2, 3, 0], &[(0, true)])],
         );
-        // Two triangles of two faces: the diagonal is shared, and the rest is one edge of each.
+        // Two triangles of two faces. They share the diagonal, and the rest of each border is one edge.
         let shared: Expected<'_> = (&[0, 2], &[(0, false), (1, true)]);
         check(
             &[&[[0, 1, 2]], &[[0, 2, 3]]],

@@ -11,7 +11,7 @@ use std::collections::BTreeSet;
 pub(super) struct StepFile<'a> {
     pub(super) exchange: Exchange<'a>,
     visits_left: Cell<u64>,
-    /// Instances of which a truth value was assumed.
+    /// Instances whose truth value was assumed.
     assumed: RefCell<BTreeSet<u64>>,
 }
 
@@ -30,7 +30,7 @@ impl<'a> StepFile<'a> {
         self.visits_left.get() == 0
     }
 
-    /// Reads an instance; an error is laid to it unless it lies further inside.
+    /// Reads an instance. An error is assigned to it unless it is already assigned to an entity further inside.
     pub(super) fn entity<T>(
         &self,
         id: u64,
@@ -55,8 +55,8 @@ impl<'a> StepFile<'a> {
         })
     }
 
-    /// The truth value of an orientation or a sense. One that is unknown, `.U.`, or left out is taken to be true, and
-    /// the instance is named by [`StepFile::assumptions`].
+    /// The truth value of an orientation or a sense. If it is unknown (`.U.`) or left out, it is assumed to be true, and the
+    /// instance is named by [`StepFile::assumptions`].
     pub(super) fn flag(&self, record: Record, param: Param<'_>) -> Result<bool, ParamError> {
         let flag = param.logical()?;
         if flag.is_none() {
@@ -65,7 +65,7 @@ impl<'a> StepFile<'a> {
         Ok(flag.unwrap_or(true))
     }
 
-    /// The instances of which a truth value was assumed.
+    /// The instances whose truth value was assumed.
     pub(super) fn assumptions(&self) -> Vec<LostEntity> {
         let reason = "its orientation is not given, .T. is assumed";
         let loss = |&step_id: &u64| LostEntity {
@@ -84,8 +84,8 @@ impl<'a> StepFile<'a> {
         self.exchange.params(record).first()
     }
 
-    /// The parameters of a class whose own attributes begin at `offset` in a plain instance: of the class's part
-    /// in a complex one.
+    /// The parameters of a class. In a plain instance they begin at `offset`. In a complex instance they are those of the class
+    /// itself.
     pub(super) fn class_params(
         &self,
         record: Record,
@@ -105,8 +105,8 @@ impl<'a> StepFile<'a> {
         Ok(params)
     }
 
-    /// Whether a complex instance is a spline, a context or a unit, by its first class: files have many of them, some with
-    /// long lists, and they are neither a body, a representation, a relationship nor a style.
+    /// Whether a complex instance is a spline, a context or a unit, judging by its first class. Files have many of these
+    /// instances, some with long lists, and none of them is a body, a representation, a relationship or a style.
     pub(super) fn is_spline_or_context(&self, record: Record) -> bool {
         let known: [&[u8]; 5] = [
             b"BOUNDED_",
@@ -119,7 +119,7 @@ impl<'a> StepFile<'a> {
         first.is_some_and(|(class, _)| known.iter().any(|name| class.starts_with(name)))
     }
 
-    /// The attributes that a representation of any class begins with: its name and its items.
+    /// The first attributes of a representation of any class: its name and its items.
     pub(super) fn representation_params(&self, record: Record) -> Result<Params<'a>, ParamError> {
         match record.keyword {
             Keyword::Complex => self
@@ -140,7 +140,7 @@ impl<'a> StepFile<'a> {
     }
 }
 
-/// The name that a string parameter gives; `None` if it is empty or unset.
+/// The name in a string parameter. Returns `None` if it is empty or unset.
 pub(super) fn name_of(param: Param<'_>) -> Option<String> {
     param
         .text()

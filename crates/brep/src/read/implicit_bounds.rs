@@ -1,5 +1,5 @@
-//! Reads bounds that a surface has by itself, at the ends of its parameters. A `CURVE_BOUNDED_SURFACE` with `implicit_outer`
-//! extends from them to the holes that it lists.
+//! Makes the bounds that a surface has at the ends of its parameters. A `CURVE_BOUNDED_SURFACE` with `implicit_outer` extends
+//! from them to the holes that it lists.
 
 use super::curves::MAX_NESTING;
 use super::edges::{EdgeTable, reversed};
@@ -11,11 +11,11 @@ use crate::model::{EdgeUse, Loop};
 use crate::part21::{Keyword, Record};
 use partprobe_shape::{FaceType, Point};
 
-/// Pieces of each edge of a hole that are looked at to find its sense.
+/// Number of pieces of each edge of a hole from which its sense is determined.
 const POINTS_ON_HOLE: usize = 8;
 
-/// The loops at the ends of a surface's parameters; there are none if it closes in itself. A side along which a surface meets
-/// itself, and one that is a point, bound nothing. `same_sense` says whether the face's normal is the surface's.
+/// The loops at the ends of a surface's parameters. A closed surface has none. A side at which a surface meets itself and a side
+/// that is a point do not bound anything. `same_sense` says whether the face's normal is the surface's normal.
 ///
 /// # Errors
 /// If a parameter has no end: such a surface cannot be its own outer bound.
@@ -46,8 +46,8 @@ pub(super) fn natural_border(
     })
 }
 
-/// The surface of a revolved curve with the ends that the file trims the curve to; the surface that is read otherwise goes on
-/// along the whole curve. `None` if a bounded surface has another basis, or a curve without ends.
+/// The surface of a revolved curve between the ends to which the file trims the curve. Otherwise a surface of revolution is read
+/// with the whole curve. Returns `None` if a bounded surface has another basis, or if the curve has no ends.
 pub(super) fn revolved_between_ends(
     reader: &Reader<'_, '_>,
     surface: &Surface,
@@ -74,7 +74,8 @@ pub(super) fn revolved_between_ends(
         .curve
         .range()
         .is_some_and(|(low, high)| [segment.start, segment.end] == [low, high]);
-    // Walked against the curve the normal turns round, and the surface that was read has been reversed for it already.
+    // If the segment runs against the curve, the normal is reversed. The sense of the surface that was read already accounts for
+    // this.
     let segment = if segment.start <= segment.end {
         segment
     } else {
@@ -94,8 +95,8 @@ fn reversed_segment(segment: CompositeSegment) -> CompositeSegment {
     }
 }
 
-/// The same walks with the hole on their right, also if the file says otherwise: a bound beside the natural ones is a hole.
-/// `same_sense` says whether the face's normal is the surface's.
+/// The boundary, directed so that the hole is on its right, even if the file says otherwise: any bound other than the natural
+/// ones is a hole. `same_sense` says whether the face's normal is the surface's normal.
 pub(super) fn as_hole(
     edges: &EdgeTable,
     boundary: Loop,
@@ -114,7 +115,7 @@ pub(super) fn as_hole(
     }
 }
 
-/// Whether the natural border is nothing but seams and poles.
+/// Whether the natural border consists only of seams and poles.
 fn closes_in_itself(surface: &Surface) -> bool {
     match surface {
         Surface::Sphere { .. } | Surface::Torus { .. } => true,
@@ -123,7 +124,7 @@ fn closes_in_itself(surface: &Surface) -> bool {
     }
 }
 
-/// All of a surface that has ends.
+/// The whole of a surface that has ends, as a patch.
 fn between_ends(surface: &Surface) -> Result<SurfacePatch, EntityError> {
     match surface.range() {
         [Some(u), Some(v)] if [u.0, u.1, v.0, v.1].iter().all(|end| end.is_finite()) => {
@@ -139,7 +140,8 @@ fn between_ends(surface: &Surface) -> Result<SurfacePatch, EntityError> {
     }
 }
 
-/// The walk without the edges that it takes both ways; what is left of a closed surface are rims, each a loop of its own.
+/// The walk without the edges that it uses in both directions. On a closed surface only rims are left, and each is a separate
+/// loop.
 fn without_seams(uses: Vec<EdgeUse>) -> Vec<Loop> {
     let n_uses = |edge: u32| uses.iter().filter(|use_| use_.edge == edge).count();
     let rims: Vec<EdgeUse> = uses
@@ -154,7 +156,7 @@ fn without_seams(uses: Vec<EdgeUse>) -> Vec<Loop> {
     }
 }
 
-/// Whether a closed walk has its inside on the left, seen against `∂u × ∂v`; `None` if it winds around the surface.
+/// Whether a closed walk has its inside on the left, seen against `∂u × ∂v`. Returns `None` if it winds around the surface.
 fn runs_left(surface: &Surface, points: &[Point]) -> Option<bool> {
     let projector = Projector::new(surface);
     let period = surface.period();

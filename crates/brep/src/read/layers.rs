@@ -8,17 +8,17 @@ use std::collections::BTreeMap;
 /// The layer of each item that a `PRESENTATION_LAYER_ASSIGNMENT` lists.
 #[derive(Debug, Default)]
 pub(super) struct Layers {
-    /// By item; the first assignment of the file counts.
+    /// The layer of each item. The first assignment in the file counts.
     by_item: BTreeMap<u64, String>,
 }
 
 impl Layers {
-    /// The layer that this item itself is assigned to.
+    /// The layer to which this item itself is assigned.
     pub(super) fn of(&self, item: u64) -> Option<&str> {
         self.by_item.get(&item).map(String::as_str)
     }
 
-    /// Reads every assignment of the file; a styled item stands for what it styles.
+    /// Reads every assignment of the file. If a styled item is assigned, the item that it styles gets the layer.
     pub(super) fn read(source: &StepFile<'_>) -> Self {
         let mut layers = Self::default();
         for &record in source.exchange.records() {

@@ -1,5 +1,5 @@
-//! Finds the items that the representations of a file list as the shape of a product, and those that are not: supplemental
-//! geometry, presentation, and items that no representation lists.
+//! Separates the items that the representations of a file list as the shape of a product from the others: supplemental geometry,
+//! presentation, and items that no representation lists.
 
 use super::file::StepFile;
 use super::representation::{is_drawn, representations};
@@ -8,24 +8,25 @@ use crate::model::Note;
 use crate::part21::{Keyword, Record, full_name};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// What is a shape of the file, and what is not.
+/// The shapes of a file, and notes about items that are not shapes.
 pub(super) struct Shapes {
-    /// In file order: bodies of faces first, what stands alone in a representation next, tessellated bodies last.
+    /// The roots in file order: first bodies of faces, then items without a body in a representation, and then tessellated
+    /// bodies.
     pub(super) roots: Vec<Root>,
-    /// What was left out, and why.
+    /// The items that were left out, and the reasons.
     pub(super) notes: Vec<Note>,
 }
 
-/// Why an item is not part of a shape.
+/// The reasons why an item is not part of a shape.
 const SUPPLEMENTAL: &str =
     "it is supplemental geometry and no shape of the part, so its faces are left out";
 const PRESENTATION: &str = "only a presentation lists it, so its faces are left out";
 const UNLISTED: &str = "no representation lists it, so its faces are left out";
 
-/// Sorts the bodies of a file into shapes and what stands beside them.
+/// Separates the bodies of a file into shapes and other items.
 ///
-/// If nothing at all is listed as a shape, or if entities of the file are damaged (`is_damaged`), then whatever is not listed
-/// counts, and so does what a drawing lists: the file says nothing better.
+/// If nothing is listed as a shape, or if entities of the file are damaged (`is_damaged`), then items that are not listed count
+/// as shapes, and so do items that only a drawing lists. The file has no better information.
 pub(super) fn shapes(source: &StepFile<'_>, candidates: Vec<Root>, is_damaged: bool) -> Shapes {
     let listing = Listing::read(source);
     let is_listed =
@@ -52,7 +53,7 @@ pub(super) fn shapes(source: &StepFile<'_>, candidates: Vec<Root>, is_damaged: b
         }
     }
     shapes.roots.extend(listing.bare);
-    // A stable sort: within each group the order stays.
+    // The sort is stable, so the order within each group does not change.
     shapes.roots.sort_by_key(|root| match root.kind {
         RootKind::Bare => 1,
         RootKind::Tessellated | RootKind::BareFacets => 2,
@@ -61,14 +62,14 @@ pub(super) fn shapes(source: &StepFile<'_>, candidates: Vec<Root>, is_damaged: b
     shapes
 }
 
-/// How an item is listed; what a shape and something else list is a shape.
+/// How an item is listed. An item that is listed as a shape and also in another way is a shape.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum ListingKind {
     AsShape,
     Beside(&'static str),
 }
 
-/// The items of all representations that are bodies, or faces and shells without one.
+/// The items of all representations that are bodies, or faces and shells without a body.
 struct Listing {
     listed: BTreeMap<u64, ListingKind>,
     bare: Vec<Root>,
@@ -125,7 +126,7 @@ impl Listing {
     }
 }
 
-/// What an item of a representation is, if it is a body or stands for one.
+/// The kind of an item of a representation. Returns `None` if it is neither a body nor an item without a body.
 fn item_kind(source: &StepFile<'_>, item: Record) -> Option<RootKind> {
     if item.keyword == Keyword::Complex && source.is_spline_or_context(item) {
         return None;
@@ -133,7 +134,7 @@ fn item_kind(source: &StepFile<'_>, item: Record) -> Option<RootKind> {
     root_kind(source, item).or_else(|| bare_kind(source, item))
 }
 
-/// The representations that a relationship says to be supplemental geometry of another.
+/// The representations that a relationship declares to be supplemental geometry of another one.
 fn supplemental(source: &StepFile<'_>) -> BTreeSet<u64> {
     let related = source.exchange.records().iter().filter_map(|&record| {
         let params = match record.keyword {
@@ -152,7 +153,7 @@ fn supplemental(source: &StepFile<'_>) -> BTreeSet<u64> {
         };
         let [_, _, first, second] = params.first().ok()?;
         let (first, second) = (first.reference().ok()?, second.reference().ok()?);
-        // Writers exchange the two; the class tells, and otherwise the second is meant.
+        // Some writers exchange the two representations. The class decides, or else the second one is supplemental.
         let is_named = |id| {
             source
                 .exchange
@@ -168,7 +169,7 @@ fn supplemental(source: &StepFile<'_>) -> BTreeSet<u64> {
     related.collect()
 }
 
-/// Why the items of a representation of this class are not a shape; `None` if they are one.
+/// The reason why the items of a representation of this class are not a shape. Returns `None` if they are a shape.
 fn beside(source: &StepFile<'_>, representation: Record) -> Option<&'static str> {
     let is_supplemental = source.exchange.partials(representation).any(|(class, _)| {
         let class = full_name(class).to_ascii_uppercase();

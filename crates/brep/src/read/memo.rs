@@ -1,15 +1,15 @@
-//! Remembers results by the instance that they were read from.
+//! Remembers results by the instance from which they were read.
 
-/// The index that each instance of one root got, so that what two faces share is read once.
+/// The index of each instance that was read for a root, so that an instance shared by two faces is read once.
 ///
-/// Instances are known for the root that they were read for only: another root may stand elsewhere.
+/// Instances are known only for the root for which they were read, because another root may have another position.
 pub(super) struct Memo {
     /// Root (counted from 1) and index of each instance.
     entries: Vec<(u32, u32)>,
 }
 
 impl Memo {
-    /// A memo of `n_records` instances, none of them known.
+    /// A memo for `n_records` instances. None of them is known yet.
     pub(super) fn new(n_records: usize) -> Self {
         Self {
             entries: vec![(0, 0); n_records],

@@ -52,19 +52,20 @@ use std::collections::BTreeSet;
 use styles::Colors;
 use topology::{Site, TopologyBuilder};
 
-/// How much work reading may be; every limit counts work, none counts time.
+/// Limits on the work of reading. Every limit counts work. No limit counts time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ReadBudget {
-    /// Bytes of text; at most 4 GiB are read with any value, in the file and in UTF-8.
+    /// Largest number of bytes of the text. Independently of this value, the text must be at most 4 GiB, in the file and in
+    /// UTF-8.
     pub max_bytes: u64,
-    /// Instances in the text.
+    /// Largest number of instances in the text.
     pub max_entities: u64,
-    /// How often an instance is looked at on average; what refers to the same thing a thousand times stops here.
+    /// Largest mean number of visits per instance. This stops files that refer to the same instance thousands of times.
     pub max_visits_per_entity: u64,
 }
 
 impl Default for ReadBudget {
-    /// 256 mebibytes of text, 50 million instances, and 16 visits to each.
+    /// 256 mebibytes of text, 50 million instances, and 16 visits per instance.
     fn default() -> Self {
         Self {
             max_bytes: 256 << 20,
@@ -74,10 +75,10 @@ impl Default for ReadBudget {
     }
 }
 
-/// Visits beyond those that instances bring with them, for the smallest files.
+/// Additional visits, which the smallest files need.
 const SPARE_VISITS: u64 = 1000;
 
-/// Why a text gives no B-Rep.
+/// The reason why a text gives no B-Rep.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ReadError {
@@ -87,21 +88,21 @@ pub enum ReadError {
     /// The text does not begin as STEP files do.
     #[error("the file is not a STEP file: it does not begin with ISO-10303-21")]
     NotStep,
-    /// The text has a header at most.
+    /// The text has no more than a header.
     #[error("the file has no data section with entities; it may have been cut off")]
     NoData,
-    /// The text asks for more work than was allowed.
+    /// Reading the text needs more work than the budget allows.
     #[error("the file has more than {limit} {what}; raise the budget to read it")]
     OverBudget {
-        /// What there is too much of.
+        /// The quantity that exceeds the limit.
         what: &'static str,
-        /// How much was allowed.
+        /// The limit.
         limit: u64,
     },
     /// No face could be read.
     #[error("{}", no_faces(lost))]
     NoFaces {
-        /// What could not be read; empty where the file names no faces at all.
+        /// The entities that could not be read. The list is empty if the file names no faces.
         lost: Vec<LostEntity>,
     },
 }
@@ -117,10 +118,10 @@ fn no_faces(lost: &[LostEntity]) -> String {
     }
 }
 
-/// Reads the faces of a STEP file of any edition and encoding, with everything that was lost on the way.
+/// Reads the faces of a STEP file of any edition and encoding. The result also names everything that was lost.
 ///
 /// # Errors
-/// If the text is not a STEP file, asks for more work than the budget allows, or has no face that can be read.
+/// If the text is not a STEP file, needs more work than the budget allows, or has no face that can be read.
 pub fn read(text: &[u8], budget: &ReadBudget) -> Result<Brep, ReadError> {
     if text.iter().all(u8::is_ascii_whitespace) {
         return Err(ReadError::Empty);
@@ -133,7 +134,7 @@ pub fn read(text: &[u8], budget: &ReadBudget) -> Result<Brep, ReadError> {
         });
     }
     let text = normalized(text);
-    // Two-byte characters have three bytes in UTF-8.
+    // A character of two bytes may need three bytes in UTF-8, so the length is tested again.
     if text.len() as u64 > u64::from(u32::MAX) {
         return Err(ReadError::OverBudget {
             what: "bytes",
@@ -171,7 +172,7 @@ pub fn read(text: &[u8], budget: &ReadBudget) -> Result<Brep, ReadError> {
     }
 }
 
-/// What a file without faces has lost, and what was left out of it on purpose.
+/// The lost entities of a file without faces, and the items that were left out on purpose.
 fn with_notes(brep: Brep) -> Vec<LostEntity> {
     let left_out = brep.notes.into_iter();
     let left_out = left_out.map(|Note { step_id, text }| LostEntity {
@@ -182,7 +183,7 @@ fn with_notes(brep: Brep) -> Vec<LostEntity> {
     brep.lost.into_iter().chain(left_out).collect()
 }
 
-/// The products that have exact faces: there a tessellation is the same shape once more.
+/// The products that have exact faces. A tessellation of such a product is the same shape again.
 #[derive(Default)]
 struct ExactShapes {
     systems: BTreeSet<u64>,

@@ -8,7 +8,8 @@ use crate::part21::{Keyword, Param, Record};
 use partprobe_shape::FaceType;
 
 impl<'a> Reader<'_, 'a> {
-    /// A surface of patches: that of the patches where they share it, of one class where their classes agree.
+    /// A surface of patches. If all patches are on the same surface, the result is that surface. If they have the same class, the
+    /// result has this class.
     pub(super) fn composite_surface(
         &self,
         record: Record,
@@ -46,7 +47,7 @@ impl<'a> Reader<'_, 'a> {
         })
     }
 
-    /// The rectangle that a bounded surface covers, its parameters in the direction of the file's; none without ends.
+    /// The rectangle that a bounded surface covers. Its parameters have the directions of those in the file.
     pub(super) fn rectangle_of(&self, record: Record) -> Result<SurfacePatch, EntityError> {
         if record.keyword != Keyword::RectangularCompositeSurface {
             return self.patch(record.id, 0);
@@ -68,7 +69,7 @@ impl<'a> Reader<'_, 'a> {
         }
     }
 
-    /// The grid of patches, v running fastest.
+    /// The grid of patches, with v varying fastest.
     fn patches(
         &self,
         record: Record,
@@ -86,7 +87,7 @@ impl<'a> Reader<'_, 'a> {
         Ok(([n_u, n_v], patches))
     }
 
-    /// A `SURFACE_PATCH`: a bounded surface, either of whose parameters may run backwards.
+    /// The patch of a `SURFACE_PATCH`: a bounded surface whose parameters may both run backwards.
     fn surface_patch(&self, id: u64, nesting: u32) -> Result<SurfacePatch, EntityError> {
         self.source.entity(id, |record| {
             let [parent, _, _, sense_u, sense_v] = self.source.params(record)?;
@@ -142,8 +143,8 @@ impl<'a> Reader<'_, 'a> {
         })
     }
 
-    /// What turns numbers of the file into parameters of a surface that was read from it: lengths and angles have units,
-    /// and in a mirror the parameter that turns about an axis runs the other way.
+    /// The factors from numbers of the file to parameters of a surface. Lengths and angles have units. If the representation is
+    /// mirrored, the angle around an axis runs in the opposite direction.
     pub(super) fn parameter_scales(&self, surface: &Surface) -> [f64; 2] {
         let length = self.space.mm_per_unit * self.space.motion.map_or(1.0, |motion| motion.scale);
         let angle = self.space.rad_per_unit;
@@ -159,7 +160,7 @@ impl<'a> Reader<'_, 'a> {
         }
     }
 
-    /// What turns numbers of the file into parameters of a curve: those of circles and ellipses are angles.
+    /// The factor from numbers of the file to parameters of a curve. The parameters of circles and ellipses are angles.
     pub(super) fn parameter_scale(&self, curve: &Curve) -> f64 {
         match curve {
             Curve::Ellipse { .. } => self.space.rad_per_unit,
@@ -169,7 +170,7 @@ impl<'a> Reader<'_, 'a> {
     }
 }
 
-/// All of a surface that has ends.
+/// The whole of a surface that has ends, as a patch.
 fn bounded(surface: Surface, face_type: FaceType) -> Result<SurfacePatch, EntityError> {
     match surface.range() {
         [Some(u), Some(v)] if [u.0, u.1, v.0, v.1].iter().all(|end| end.is_finite()) => {

@@ -15,23 +15,24 @@ use crate::part21::Keyword;
 use partprobe_shape::{Instance, Units};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// What tells whether two bodies are of one product: a common coordinate system, or a common product definition.
+/// The key of a product. Two bodies belong to the same product if they have the same coordinate system or the same product
+/// definition.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct ProductKey {
     pub(super) system: Option<u64>,
     pub(super) definition: Option<u64>,
-    /// The body is of no product, and stands in no assembly.
+    /// Whether the body belongs to no product and to no assembly.
     pub(super) is_alone: bool,
 }
 
-/// The representations of a file, and what they say of the roots in them.
+/// The representations of a file, with the units and positions that they give to the roots.
 pub(super) struct Representations<'s, 'a> {
     source: &'s StepFile<'a>,
-    /// The representation of each root: of those that list it, the first that stands in an assembly.
+    /// The representation of each root. If several list it, it is the first one that is placed in an assembly.
     of_root: BTreeMap<u64, u64>,
     contexts: Contexts<'s, 'a>,
     assembly: Assembly,
-    /// The index of the component of each coordinate system; roots without one share the system 0.
+    /// The index of the component of each coordinate system. Roots without a system share the system 0.
     component_of: BTreeMap<u64, u32>,
     components: Vec<Component>,
     colors: &'s Colors,
@@ -40,9 +41,10 @@ pub(super) struct Representations<'s, 'a> {
 
 /// Which representations list the roots of a file and its mapped items.
 struct Listings {
-    /// The representations that list each root. A drawing says where a root stands only where nothing else does: it comes last.
+    /// The representations that list each root. Drawings come last, because they give the position of a root only if no other
+    /// representation does.
     of_root: BTreeMap<u64, Vec<u64>>,
-    /// Each mapped item with the representation that lists it.
+    /// Each mapped item, and the representation that lists it.
     mapped_in: Vec<(u64, u64)>,
 }
 
@@ -81,7 +83,7 @@ impl Listings {
     }
 }
 
-/// Roots outside of all representations stand for their own.
+/// The representations of roots that are representations themselves.
 fn bare_roots(roots: &[Root]) -> BTreeMap<u64, Vec<u64>> {
     roots
         .iter()
@@ -110,7 +112,7 @@ impl<'s, 'a> Representations<'s, 'a> {
             mapped_in,
         } = Listings::of(source, roots);
         let mut contexts = Contexts::new(source);
-        // What names no context is read in the units of the first root that does.
+        // Representations without a context are read in the units of the first root with a representation.
         let first = roots
             .iter()
             .find_map(|root| all_of_root.get(&root.record.id)?.first().copied());
@@ -162,7 +164,7 @@ impl<'s, 'a> Representations<'s, 'a> {
             .product_name(self.source, *self.of_root.get(&root)?)
     }
 
-    /// The representation that a root stands in.
+    /// The representation of a root.
     pub(super) fn representation(&self, root: u64) -> Option<u64> {
         self.of_root.get(&root).copied()
     }
@@ -196,12 +198,12 @@ impl<'s, 'a> Representations<'s, 'a> {
         index
     }
 
-    /// The components, in the order in which they were asked for.
+    /// The components, in the order in which they were requested.
     pub(super) fn components(&mut self) -> Vec<Component> {
         std::mem::take(&mut self.components)
     }
 
-    /// Where a representation stands; one that stands nowhere, or in itself, stands as it is written.
+    /// The occurrences of a representation. If it has no occurrence, or only occurs in itself, it keeps its coordinates.
     fn component_of_system(&mut self, representation: Option<u64>) -> Component {
         let found = representation
             .map(|representation| self.assembly.occurrences(representation))
@@ -233,7 +235,7 @@ impl<'s, 'a> Representations<'s, 'a> {
                 .iter()
                 .map(|&system| self.name_on_path(system))
                 .collect::<Vec<_>>();
-            // A placement with infinite coordinates has no matrix that a file could keep.
+            // A placement with infinite coordinates has no matrix that can be written to a file.
             let transform = Some(motion.matrix())
                 .filter(|rows| rows.iter().flatten().all(|cell| cell.is_finite()));
             let transform = transform.unwrap_or_else(|| Motion::IDENTITY.matrix());
@@ -249,13 +251,13 @@ impl<'s, 'a> Representations<'s, 'a> {
         }
     }
 
-    /// A product's name as a component of a path; what has none is named by its number.
+    /// The name of a product in a path. A product without a name is named by its number.
     fn name_on_path(&self, system: u64) -> String {
         let name = self.assembly.product_name(self.source, system);
         name.map_or_else(|| format!("#{system}"), |name| name.replace('/', "_"))
     }
 
-    /// What is assumed for want of units in the file.
+    /// The message about an assumed unit, if the file has no units.
     pub(super) fn assumption(&self) -> Option<LostEntity> {
         self.contexts.assumption()
     }

@@ -8,14 +8,14 @@ use crate::model::Loop;
 use partprobe_shape::{FaceType, Point, bounding_diagonal, cross, subtract};
 use std::sync::Arc;
 
-/// Pieces of each edge of a face without a surface that are looked at, and how far they may lie beside a plane, as a fraction of
-/// the face's size.
+/// Number of pieces of each edge whose ends must lie in the plane of a face without a surface.
 const PIECES_IN_PLANE: usize = 8;
 
+/// The largest distance of these ends from the plane, as a fraction of the face's size.
 const FLAT: f64 = 1e-6;
 
 impl TopologyBuilder<'_, '_> {
-    /// The plane through the polygons of a face that names no surface, its normal by the first that has one.
+    /// The plane through the polygons of a face without a surface. Its normal is that of the first polygon that has one.
     pub(super) fn plane_of_loops(&self, loops: &[Loop]) -> Result<SharedSurface, EntityError> {
         let corners = loops.iter().map(|boundary| self.edges.corners(boundary));
         let plane = corners.filter_map(|corners| {
@@ -35,7 +35,7 @@ impl TopologyBuilder<'_, '_> {
         })
     }
 
-    /// The same for a face whose surface is left out: all its edges have to lie in the plane.
+    /// The same for a face whose surface is left out. All its edges must lie in the plane.
     pub(super) fn plane_of_flat_loops(&self, loops: &[Loop]) -> Result<SharedSurface, EntityError> {
         let problem = || {
             EntityError::from(Problem::Geometry(

@@ -1,7 +1,7 @@
 //! Reads points of every class: those with coordinates, and those on a curve or a surface at a parameter.
 //!
-//! A parameter on a trimmed curve or surface is not read. Writers disagree whether it counts from the start of the trimming or
-//! from that of the basis, and a guess might silently move the point.
+//! A parameter on a trimmed curve or surface is not read. Some writers count it from the start of the trimmed piece, others from
+//! the start of the basis. A guess might silently move the point.
 
 use super::curves::{DirectedCurve, MAX_NESTING};
 use super::error::{EntityError, Problem};
@@ -14,11 +14,11 @@ use partprobe_shape::Point;
 /// A parameter may lie beyond the end of a curve or a surface by this fraction of its extent.
 const BEYOND: f64 = 1e-9;
 
-/// A point of a curve may lie on a curve through a point of a curve, so many times.
+/// A point on a curve may depend on another curve through such a point. This is the largest depth.
 const MAX_DEPENDENCE: u32 = 4;
 
 impl<'a> Reader<'_, 'a> {
-    /// The position of a point: a `CARTESIAN_POINT`, one on a curve or a surface, or a replica.
+    /// The position of a point: a `CARTESIAN_POINT`, a point on a curve or a surface, or a replica.
     pub(super) fn point(&self, id: u64) -> Result<Point, EntityError> {
         self.source.entity(id, |record| {
             if record.keyword == Keyword::CartesianPoint {
@@ -29,7 +29,7 @@ impl<'a> Reader<'_, 'a> {
         })
     }
 
-    /// A point that is given by other geometry.
+    /// The position of a point that is defined by other geometry.
     fn dependent(&self, record: Record) -> Result<Point, EntityError> {
         if self.dependence >= MAX_DEPENDENCE {
             return Err(Problem::TooDeep.into());
@@ -55,7 +55,7 @@ impl<'a> Reader<'_, 'a> {
         }
     }
 
-    /// A complex instance of which one class has coordinates or parameters.
+    /// The position of a complex instance. One of its classes has coordinates or parameters.
     fn complex_point(&self, record: Record) -> Result<Point, EntityError> {
         let partial = |name| self.source.exchange.partial(record, name);
         if let Some(params) = partial("CARTESIAN_POINT") {
@@ -83,7 +83,7 @@ impl<'a> Reader<'_, 'a> {
         self.at_parameter(basis, t)
     }
 
-    /// The point of a surface at two parameters of the file.
+    /// The point of a surface at two parameters that the file gives.
     fn at_parameters(
         &self,
         basis: Param<'a>,
@@ -117,7 +117,7 @@ impl<'a> Reader<'_, 'a> {
         self.in_reach(surface.point(u, v))
     }
 
-    /// The point of a curve at a parameter of the file.
+    /// The point of a curve at a parameter that the file gives.
     fn at_parameter(&self, basis: Param<'a>, parameter: Param<'a>) -> Result<Point, EntityError> {
         let (reader, basis) = self.without_replicas(basis.reference()?, Keyword::CurveReplica)?;
         reader.check_parameter(basis)?;
@@ -131,7 +131,7 @@ impl<'a> Reader<'_, 'a> {
         self.in_reach(curve.point(t))
     }
 
-    /// Refuses curves whose parameter in the file is another than that of the curve that is read from it.
+    /// Refuses curves whose parameter in the file differs from the parameter of the curve that is read.
     fn check_parameter(&self, mut record: Record) -> Result<(), EntityError> {
         for _ in 0..MAX_NESTING {
             if let Some(curve_3d) = self.curve_3d(record)? {
@@ -160,7 +160,7 @@ impl<'a> Reader<'_, 'a> {
         Err(Problem::TooDeep.into())
     }
 
-    /// A `DEGENERATE_PCURVE`: the point to which a curve of the parameter plane shrinks.
+    /// The position of a `DEGENERATE_PCURVE`: the point to which a curve of the parameter plane shrinks.
     fn degenerate_curve(&self, record: Record) -> Result<Point, EntityError> {
         let [_, surface, representation] = self.source.params(record)?;
         let TypedSurface { surface, .. } = self.surface(surface.reference()?, 0)?;
@@ -172,7 +172,7 @@ impl<'a> Reader<'_, 'a> {
     }
 }
 
-/// Whether the parameters of a surface may go on beyond its natural ends, where its formula goes on, too.
+/// Whether the parameters of a surface may lie beyond its natural ends, because its formula is valid there, too.
 fn has_free_parameters(surface: &Surface) -> bool {
     matches!(
         surface,

@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
 
-/// The corners of each side of a block, counter-clockwise seen from outside: the lower four corners come first.
+/// The corners of each side of a block, counter-clockwise seen from outside. The four lower corners have the lowest numbers.
 const BLOCK: [&[usize]; 6] = [
     &[0, 3, 2, 1],
     &[4, 5, 6, 7],
@@ -22,7 +22,7 @@ const BLOCK: [&[usize]; 6] = [
     &[2, 3, 7, 6],
     &[3, 0, 4, 7],
 ];
-/// The same of a wedge without an upper side: its last two corners are the edge.
+/// The same for a wedge that ends in an edge instead of an upper side.
 const WEDGE: [&[usize]; 5] = [
     &[0, 2, 1],
     &[3, 4, 5],
@@ -35,17 +35,17 @@ const WEDGE: [&[usize]; 5] = [
 enum Primitive {
     /// Corners and sides of a polyhedron.
     Polyhedron(Vec<Point>, Vec<Vec<usize>>),
-    /// A cylinder or a cone along the z axis of its frame: height and radius of each end, the lower one first.
+    /// A cylinder or a cone along the z axis of its frame: height and radius of each end. The lower end comes first.
     Revolved { frame: Frame, ends: [[f64; 2]; 2] },
     /// A sphere or a torus.
     Closed(Surface, FaceType),
 }
 
 impl<'s, 'a> TopologyBuilder<'s, 'a> {
-    /// Adds a primitive as a solid of its own. `owner` is the `CSG_SOLID` that it makes, or the primitive itself.
+    /// Adds a primitive as a separate solid. `owner` is the `CSG_SOLID` that consists of it, or the primitive itself.
     ///
     /// # Errors
-    /// If an attribute is missing, or encloses nothing.
+    /// If an attribute is missing, or if the primitive encloses nothing.
     pub(super) fn add_primitive(
         &mut self,
         reader: Reader<'s, 'a>,
@@ -132,7 +132,7 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
         }
     }
 
-    /// Adds two discs and the wall between them; an end without a radius is an apex.
+    /// Adds two discs and the wall between them. An end with the radius 0 is an apex.
     fn add_revolved(
         &mut self,
         context: ShellContext<'s, 'a>,
@@ -271,7 +271,8 @@ impl<'a> Reader<'_, 'a> {
         }
     }
 
-    /// A block of which the side at the far end of y is `upper` long in x: as long as the other one, shorter, or an edge.
+    /// A block whose side at the far end of y has the length `upper` along x. It may be as long as the opposite side, or shorter,
+    /// or an edge.
     fn wedge(
         &self,
         position: Param<'a>,
@@ -285,7 +286,7 @@ impl<'a> Reader<'_, 'a> {
             self.radius(sides[2])?,
         ];
         let upper = self.length(upper)?.abs();
-        // In a mirror the third axis that the file means points the other way than the right-handed one.
+        // If the representation is mirrored, its y axis is opposite to that of the right-handed frame.
         let hand = if self.is_mirrored() { -1.0 } else { 1.0 };
         let mut outline = vec![[0.0, 0.0], [x, 0.0], [upper, y], [0.0, y]];
         if upper == 0.0 {
@@ -306,7 +307,7 @@ impl<'a> Reader<'_, 'a> {
         Ok(Primitive::Polyhedron(corners, polygons))
     }
 
-    /// A cone whose position is its apex, or the middle of the smaller disc; its base lies behind that along the axis.
+    /// A cone whose position is its apex, or the middle of its smaller disc. Its base is further along the axis.
     fn cone(&self, record: Record) -> Result<Primitive, EntityError> {
         let [_, position, height, radius, semi_angle] = self.source.params(record)?;
         let (frame, height) = (self.frame(position.reference()?)?, self.radius(height)?);

@@ -1,4 +1,4 @@
-//! Makes loops of the four sides of a rectangle of parameters.
+//! Makes a loop of the four sides of a rectangle of parameters.
 
 use super::edges::{EdgeTable, reversed};
 use super::error::{EntityError, Problem};
@@ -9,13 +9,13 @@ use crate::model::{EdgeUse, Loop};
 use partprobe_shape::{Point, bounding_diagonal, cross, distance, dot, norm, subtract};
 use std::sync::Arc;
 
-/// Stretches in which the sides of a rectangle are looked at.
+/// Number of pieces into which the sides of a rectangle are divided to compare them.
 const SIDE_PIECES: usize = 8;
 
-/// Sides whose distance is below this fraction of the rectangle's size meet.
+/// Two sides meet if their distance is below this fraction of the rectangle's size.
 const SIDES_MEET: f64 = 1e-9;
 
-/// In a mirror a boundary runs the other way round.
+/// The boundary, reversed if the representation is mirrored.
 pub(super) fn seen_from(reader: &Reader<'_, '_>, boundary: Loop) -> Loop {
     if reader.is_mirrored() {
         reversed(boundary)
@@ -24,8 +24,8 @@ pub(super) fn seen_from(reader: &Reader<'_, '_>, boundary: Loop) -> Loop {
     }
 }
 
-/// Whether the larger part of a sphere lies on the left of a closed walk. Files set the senses of these boundaries
-/// carelessly, and what they mean is what the boundary encloses.
+/// Whether the larger part of a sphere lies on the left of a closed walk. In many files the senses of such boundaries are not
+/// reliable, and the smaller part is meant.
 pub(super) fn encloses_more_than_half(walk: &[Point], center: Point) -> bool {
     let points: Vec<Point> = walk.iter().map(|&point| subtract(point, center)).collect();
     let next = points.iter().cycle().skip(1);
@@ -39,8 +39,8 @@ pub(super) fn encloses_more_than_half(walk: &[Point], center: Point) -> bool {
     dot(area, middle) < -1e-6 * norm(area) * norm(middle)
 }
 
-/// Four sides in the order lowest v, highest u, highest v, lowest u, as one loop that is counter-clockwise in the
-/// parameters; sides that meet are one edge, and sides without length are left out.
+/// Makes one loop of four sides, given in the order lowest v, highest u, highest v, lowest u. The loop is counter-clockwise in
+/// the parameters. Sides that meet become one edge, and sides without length are left out.
 pub(super) fn rectangle(edges: &mut EdgeTable, sides: [Curve; 4]) -> Loop {
     let shape = RectangleShape::of(&sides);
     let corners = shape.corners(edges);
@@ -73,13 +73,13 @@ pub(super) fn rectangle(edges: &mut EdgeTable, sides: [Curve; 4]) -> Loop {
     )
 }
 
-/// What the four sides of a rectangle look like in space.
+/// Properties of the four sides of a rectangle in space.
 struct RectangleShape {
     /// Points along each side.
     points: [Vec<Point>; 4],
-    /// Whether the sides at the lowest and the highest u are one.
+    /// Whether the sides at the lowest and the highest u coincide.
     closed_u: bool,
-    /// Whether the sides at the lowest and the highest v are one.
+    /// Whether the sides at the lowest and the highest v coincide.
     closed_v: bool,
     has_length: [bool; 4],
 }
@@ -106,7 +106,7 @@ impl RectangleShape {
         }
     }
 
-    /// Makes the vertices; corners between which no side has a length are one.
+    /// Makes the vertices. Two corners get the same vertex if the side between them has no length.
     fn corners(&self, edges: &mut EdgeTable) -> RectangleCorners {
         let Self {
             points,
@@ -155,7 +155,7 @@ fn sides_meet(a: &[Point], b: &[Point], size: f64) -> bool {
         .all(|(&a, &b)| distance(a, b) <= SIDES_MEET * size)
 }
 
-/// The sides of a patch, as straight walks in its surface's parameter plane.
+/// The sides of a patch, as straight lines in its surface's parameter plane.
 pub(super) fn sides_of_patch(patch: &SurfacePatch) -> [Curve; 4] {
     let surface = Arc::new(patch.surface.clone());
     let ([u0, v0], [u1, v1]) = (patch.start, patch.end);
@@ -210,7 +210,7 @@ pub(super) fn sides(surface: &BsplineSurface) -> Result<[Curve; 4], EntityError>
     ])
 }
 
-/// The first and the last pole are the ends.
+/// Whether a spline begins at its first pole and ends at its last one.
 fn is_clamped(knots: &[f64], degree: usize) -> bool {
     let n = knots.len();
     knots[0] == knots[degree] && knots[n - 1] == knots[n - 1 - degree]

@@ -8,7 +8,7 @@ use super::space::{Motion, Reader, Space};
 use crate::part21::{Keyword, Param, Record};
 use partprobe_shape::Units;
 
-/// A relationship between two representations, as the file has it.
+/// A relationship between two representations, as the file gives it.
 pub(super) struct Relationship<'a> {
     pub(super) record: Record,
     pub(super) first: u64,
@@ -50,7 +50,7 @@ pub(super) fn relationships<'a>(source: &StepFile<'a>) -> Vec<Relationship<'a>> 
     source.exchange.records().iter().filter_map(read).collect()
 }
 
-/// What a `PRODUCT_DEFINITION_SHAPE` is the shape of: a product definition or an occurrence.
+/// The product definition or the occurrence whose shape a `PRODUCT_DEFINITION_SHAPE` is.
 pub(super) fn defined_by_shape(source: &StepFile<'_>, shape: u64) -> Option<u64> {
     let [_, _, definition] = source.params(source.record(shape).ok()?).ok()?;
     definition.reference().ok()
@@ -58,7 +58,8 @@ pub(super) fn defined_by_shape(source: &StepFile<'_>, shape: u64) -> Option<u64>
 
 /// The motion from the first representation's coordinates to the second's.
 ///
-/// Some exporters name the two axes in the other order; the representations that list them tell which is whose.
+/// Some exporters exchange the two axes. The representations that list the axes decide which axis belongs to which
+/// representation.
 pub(super) fn item_transformation(
     source: &StepFile<'_>,
     id: u64,
@@ -80,7 +81,7 @@ pub(super) fn item_transformation(
     })
 }
 
-/// Whether an item stands in the list of a representation.
+/// Whether a representation lists an item.
 pub(super) fn lists(source: &StepFile<'_>, representation: u64, item: u64) -> bool {
     let items = || {
         let record = source.record(representation).ok()?;
@@ -89,7 +90,7 @@ pub(super) fn lists(source: &StepFile<'_>, representation: u64, item: u64) -> bo
     items().is_some_and(|items| items.contains(&item))
 }
 
-/// Place in the file, mapped representation and motion of a `MAPPED_ITEM`.
+/// The position in the file, the mapped representation and the motion of a `MAPPED_ITEM`.
 pub(super) fn mapped_item(
     source: &StepFile<'_>,
     contexts: &mut Contexts<'_, '_>,

@@ -1,12 +1,12 @@
 //! Recognizes representations: lists of items with the context that defines their units.
 //!
-//! They are recognized by their attributes (a name, a list of items, a context), because each schema has subtypes of its own
-//! (`SHAPE_REPRESENTATION_WITH_PARAMETERS`, `DRAUGHTING_MODEL`), and not all of their names end alike.
+//! They are recognized by their attributes (a name, a list of items, a context), because each schema has its own subtypes
+//! (`SHAPE_REPRESENTATION_WITH_PARAMETERS`, `DRAUGHTING_MODEL`), and not all of their names have the same ending.
 
 use super::file::StepFile;
 use crate::part21::{Keyword, Param, Params, Record, full_name};
 
-/// A representation as its instance states it.
+/// A representation, as its instance defines it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Representation<'a> {
     /// Its instance.
@@ -17,7 +17,7 @@ pub(super) struct Representation<'a> {
     pub(super) context: Option<u64>,
 }
 
-/// Words in the names of classes that draw.
+/// Words in the names of classes of drawings.
 const DRAWN: [&[u8]; 6] = [
     b"DRAUGHTING",
     b"DRAWING",
@@ -27,7 +27,7 @@ const DRAWN: [&[u8]; 6] = [
     b"CAMERA",
 ];
 
-/// Every representation of the file, by ascending number.
+/// Every representation of the file, in the order of their numbers.
 pub(super) fn representations<'s, 'a>(
     source: &'s StepFile<'a>,
 ) -> impl Iterator<Item = Representation<'a>> + use<'s, 'a> {
@@ -38,7 +38,7 @@ pub(super) fn representations<'s, 'a>(
         .filter_map(|&record| representation_of(source, record))
 }
 
-/// The representation that an instance is; `None` if it is anything else.
+/// The representation in an instance. Returns `None` if the instance is not a representation.
 pub(super) fn representation_of<'a>(
     source: &StepFile<'a>,
     record: Record,
@@ -54,7 +54,7 @@ pub(super) fn representation_of<'a>(
         Keyword::Representation => attributes(source.exchange.params(record))?,
         Keyword::Complex => match source.exchange.partial(record, "REPRESENTATION") {
             Some(params) => attributes(params)?,
-            // All attributes may stand in one of its classes.
+            // All attributes may be in one of its classes.
             None => source
                 .exchange
                 .partials(record)
@@ -70,7 +70,8 @@ pub(super) fn representation_of<'a>(
     })
 }
 
-/// Whether a representation shows what others describe, in a view or on a sheet. Such a representation places nothing.
+/// Whether a representation is a drawing: it shows other representations in a view or on a sheet. Such a representation does not
+/// give positions.
 pub(super) fn is_drawn(source: &StepFile<'_>, representation: Record) -> bool {
     source
         .exchange
@@ -78,7 +79,7 @@ pub(super) fn is_drawn(source: &StepFile<'_>, representation: Record) -> bool {
         .any(|(class, _)| draws(full_name(class)))
 }
 
-/// The items of what has a name, a list and what may be a context.
+/// The items and the context, if the parameters are a name, a list and possibly a context.
 fn attributes(params: Params<'_>) -> Option<(Params<'_>, Option<u64>)> {
     let [name, items, context] = params.first().ok()?;
     let is_name = name.text().is_some() || matches!(name, Param::Unset | Param::Derived);
@@ -117,8 +118,8 @@ mod tests {
         #9003=(GEOMETRIC_REPRESENTATION_CONTEXT(3)GLOBAL_UNIT_ASSIGNED_CONTEXT((#9002,#3))REPRESENTATION_CONTEXT('',''));\n\
         #9004=GLOBAL_UNIT_ASSIGNED_CONTEXT('','',(#9002,#3));\n";
 
-    /// A cube of side 1 that is listed by this representation, in which `@` stands for the solid. `#1` is a context in
-    /// millimeters, `#9003` and `#9004` are contexts in inches.
+    /// A cube of side 1 that is listed by this representation. `@` is replaced by the solid. `#1` is a context in millimeters,
+    /// `#9003` and `#9004` are contexts in inches.
     fn cube_listed_by(representation: &str) -> String {
         let text = String::from_utf8(cuboid([1.0; 3]).bytes()).unwrap();
         let start = text.find(LISTED).unwrap();
@@ -210,7 +211,7 @@ mod tests {
 
     #[test]
     fn assemblies_of_representations_of_every_class() {
-        // The cube stands 3 inches along x of a representation in millimeters.
+        // The cube is placed at 3 inches along x in a representation in millimeters.
         let placed = |class: &str, relationship: &str| {
             let text = cube_listed_by(&format!("{class}('',(@),#9003)"));
             let listed = text.find(&format!("={class}(")).unwrap();

@@ -6,29 +6,29 @@ use super::file::StepFile;
 use super::tessellation::is_triangulated;
 use crate::part21::{Keyword, Param, ParamError, Record};
 
-/// An entity that shells hang from.
+/// An entity that contains shells: a solid, a surface model or a similar entity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Root {
     pub(super) record: Record,
     pub(super) kind: RootKind,
 }
 
-/// What shells bound.
+/// The kind of a root.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum RootKind {
-    /// `MANIFOLD_SOLID_BREP` and its kin.
+    /// `MANIFOLD_SOLID_BREP` and similar classes.
     Solid,
     /// `SHELL_BASED_SURFACE_MODEL` or `FACE_BASED_SURFACE_MODEL`.
     SurfaceModel,
-    /// `GEOMETRIC_SET`: surfaces that carry their own bounds.
+    /// `GEOMETRIC_SET`: surfaces with their own bounds.
     GeometricSet,
-    /// A solid that is given by what makes it: `CSG_SOLID`, `EXTRUDED_AREA_SOLID` and their kin.
+    /// A solid that is defined by its construction: `CSG_SOLID`, `EXTRUDED_AREA_SOLID` and similar classes.
     Construction,
-    /// Faces and shells that a representation lists without a model around them; the record is the representation's.
+    /// Faces and shells that a representation lists without a model around them. The record is that of the representation.
     Bare,
     /// `TESSELLATED_SOLID` or `TESSELLATED_SHELL`.
     Tessellated,
-    /// Tessellated faces and sets that a representation lists alone; the record is the representation's.
+    /// Tessellated faces and sets that a representation lists without a body. The record is that of the representation.
     BareFacets,
 }
 
@@ -50,7 +50,7 @@ pub(super) fn roots(source: &StepFile<'_>) -> Vec<Root> {
     roots
 }
 
-/// What an entity bounds, if shells hang from it.
+/// The kind of an entity. Returns `None` if it is not a root.
 pub(super) fn root_kind(source: &StepFile<'_>, record: Record) -> Option<RootKind> {
     match record.keyword {
         Keyword::ManifoldSolidBrep | Keyword::BrepWithVoids | Keyword::FacetedBrep => {
@@ -67,7 +67,7 @@ pub(super) fn root_kind(source: &StepFile<'_>, record: Record) -> Option<RootKin
     }
 }
 
-/// The same of a complex instance, by the first of its classes that says it.
+/// The kind of a complex instance, from the first of its classes that defines one.
 fn complex_kind(source: &StepFile<'_>, record: Record) -> Option<RootKind> {
     if source.is_spline_or_context(record) {
         return None;
@@ -81,7 +81,7 @@ fn complex_kind(source: &StepFile<'_>, record: Record) -> Option<RootKind> {
         })
 }
 
-/// What an item is that a representation lists without a body around it.
+/// The kind of a root for an item that a representation lists without a body around it.
 pub(super) fn bare_kind(source: &StepFile<'_>, item: Record) -> Option<RootKind> {
     match item.keyword {
         Keyword::AdvancedFace
@@ -116,8 +116,8 @@ pub(super) fn bare_kind(source: &StepFile<'_>, item: Record) -> Option<RootKind>
 }
 
 impl Root {
-    /// The shells that the root names, outer shell first; the elements of a geometric set, the items of a tessellated body
-    /// or of a representation.
+    /// The shells that the root names, with the outer shell first. For other roots, these are the elements of a geometric set, or
+    /// the items of a tessellated body or of a representation.
     pub(super) fn shells(&self, source: &StepFile<'_>) -> Result<Vec<u64>, EntityError> {
         let list_class = match self.kind {
             RootKind::Solid => return self.shells_of_solid(source),
@@ -152,7 +152,7 @@ impl Root {
         voids.list()?.references()
     }
 
-    /// The items of a representation that stand alone in it, of the root's kind.
+    /// The items of a representation that have no body and are of the root's kind.
     fn items(&self, source: &StepFile<'_>) -> Result<Vec<u64>, EntityError> {
         let [_, items] = source.representation_params(self.record)?.first()?;
         let is_here = |id: &u64| {
@@ -193,7 +193,7 @@ impl Root {
         }
     }
 
-    /// The exact body that a tessellated one belongs to, if it names one.
+    /// The exact body to which a tessellated body belongs, if it names one.
     pub(super) fn link(&self, source: &StepFile<'_>) -> Option<u64> {
         if self.kind != RootKind::Tessellated {
             return None;

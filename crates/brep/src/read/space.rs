@@ -22,7 +22,7 @@ impl Motion {
         shift: [0.0; 3],
     };
 
-    /// The motion that takes the axes of space to those of `frame`.
+    /// The motion that moves the axes of space onto those of `frame`.
     pub(super) fn onto(frame: &Frame) -> Self {
         let [x, y, z] = [frame.x, frame.y, frame.z];
         let row = |axis: usize| [x[axis], y[axis], z[axis]];
@@ -33,7 +33,7 @@ impl Motion {
         }
     }
 
-    /// Whether it turns a right hand into a left one.
+    /// Whether the motion includes a reflection.
     pub(super) fn is_mirror(&self) -> bool {
         let [x, y, z] = self.rows;
         dot(cross(x, y), z) < 0.0
@@ -48,7 +48,7 @@ impl Motion {
         [0, 1, 2].map(|axis| rotated[axis] * self.scale + self.shift[axis])
     }
 
-    /// First `inner`, then this one.
+    /// The motion that applies `inner` first and then this one.
     pub(super) fn after(&self, inner: &Self) -> Self {
         let column = |axis: usize| self.direction(inner.rows.map(|row| row[axis]));
         let columns = [column(0), column(1), column(2)];
@@ -60,7 +60,7 @@ impl Motion {
         }
     }
 
-    /// The motion as a matrix for columns.
+    /// The motion as a matrix that is multiplied by column vectors.
     pub(super) fn matrix(&self) -> [[f64; 4]; 4] {
         let row = |axis: usize| {
             let [x, y, z] = self.rows[axis].map(|cell| cell * self.scale);
@@ -69,7 +69,7 @@ impl Motion {
         [row(0), row(1), row(2), [0.0, 0.0, 0.0, 1.0]]
     }
 
-    /// The motion that undoes this one.
+    /// The inverse motion.
     pub(super) fn inverse(&self) -> Self {
         let row = |axis: usize| self.rows.map(|row| row[axis]);
         let back = Self {
@@ -84,14 +84,14 @@ impl Motion {
     }
 }
 
-/// Units and placement: everything that stands between a number in the file and a millimeter of the answer.
+/// Units and placement: all data that convert a number in the file to millimeters in the result.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Space {
-    /// Millimeters in a length unit of the file.
+    /// Millimeters per length unit of the file.
     pub(super) mm_per_unit: f64,
-    /// Radians in an angle unit of the file.
+    /// Radians per angle unit of the file.
     pub(super) rad_per_unit: f64,
-    /// The motion that places the representation in its assembly; `None` if it stays as it is written.
+    /// The motion that places the representation in its assembly, or `None` if its coordinates do not change.
     pub(super) motion: Option<Motion>,
 }
 
@@ -100,12 +100,12 @@ pub(super) struct Space {
 pub(super) struct Reader<'s, 'a> {
     pub(super) source: &'s StepFile<'a>,
     pub(super) space: Space,
-    /// How many points deep this reader stands: a point may lie on a curve that a point of another curve begins.
+    /// The depth of dependent points: a point may lie on a curve that begins at a point of another curve.
     pub(super) dependence: u32,
 }
 
 impl<'s, 'a> Reader<'s, 'a> {
-    /// A reader of a representation that stands in `space`.
+    /// A reader of a representation with these units and this placement.
     pub(super) fn new(source: &'s StepFile<'a>, space: Space) -> Self {
         Self {
             source,
@@ -116,7 +116,7 @@ impl<'s, 'a> Reader<'s, 'a> {
 }
 
 impl<'a> Reader<'_, 'a> {
-    /// Whether the representation stands mirrored in its assembly: its boundaries then run the other way round.
+    /// Whether the representation is mirrored in its assembly. Then its boundaries run in the opposite direction.
     pub(super) fn is_mirrored(&self) -> bool {
         self.space.motion.is_some_and(|motion| motion.is_mirror())
     }
@@ -153,7 +153,7 @@ impl<'a> Reader<'_, 'a> {
         )
     }
 
-    /// The same point, unless it lies farther away than anything may.
+    /// Returns the same point, or an error if it is farther away than [`REACH_MM`].
     pub(super) fn in_reach(&self, point: Point) -> Result<Point, EntityError> {
         let is_in_reach = point.iter().all(|x| x.abs() <= REACH_MM);
         if is_in_reach {
@@ -178,7 +178,7 @@ impl<'a> Reader<'_, 'a> {
         })
     }
 
-    /// The vector of a `VECTOR`: its direction with its magnitude in millimeters.
+    /// The vector of a `VECTOR`: its direction times its magnitude in millimeters.
     pub(super) fn vector(&self, id: u64) -> Result<Point, EntityError> {
         self.source.entity(id, |record| {
             if record.keyword != Keyword::Vector {
@@ -190,7 +190,7 @@ impl<'a> Reader<'_, 'a> {
             if length == 0.0 {
                 return Err(ParamError::Kind("a vector with a direction").into());
             }
-            // Some writers leave the magnitude of a direction at 0.
+            // Some writers set the magnitude to 0 if only the direction matters.
             let magnitude = match self.length(magnitude)? {
                 0.0 => self.space.mm_per_unit,
                 magnitude => magnitude,
@@ -199,7 +199,7 @@ impl<'a> Reader<'_, 'a> {
         })
     }
 
-    /// The coordinate system of an `AXIS2_PLACEMENT_3D` or `AXIS1_PLACEMENT`, or in a plane of an `AXIS2_PLACEMENT_2D`.
+    /// The coordinate system of an `AXIS2_PLACEMENT_3D` or `AXIS1_PLACEMENT`, or of an `AXIS2_PLACEMENT_2D` in a plane.
     pub(super) fn frame(&self, id: u64) -> Result<Frame, EntityError> {
         self.source.entity(id, |record| {
             let mut params = self.source.exchange.params(record);
@@ -221,7 +221,7 @@ impl<'a> Reader<'_, 'a> {
             };
             let x = self.optional_direction(params.next_param()?);
             let origin = self.point(location.reference()?)?;
-            // An axis that is left out is an axis of the file, not of the assembly.
+            // An axis that is left out is an axis of the file and not of the assembly.
             let turn = |axis: Point| {
                 self.space
                     .motion
@@ -235,7 +235,7 @@ impl<'a> Reader<'_, 'a> {
         })
     }
 
-    /// The same for a conic, whose parameter turns from x to y in a mirror as well.
+    /// The same for a conic. Its parameter runs from x to y even if the representation is mirrored.
     pub(super) fn frame_of_conic(&self, id: u64) -> Result<Frame, EntityError> {
         let frame = self.frame(id)?;
         Ok(if self.is_mirrored() {
@@ -252,7 +252,7 @@ impl<'a> Reader<'_, 'a> {
     }
 }
 
-/// Up to three numbers; those that are left out are 0.
+/// Up to three numbers. Those that are left out are 0.
 fn components(param: Param<'_>) -> Result<Point, ParamError> {
     let mut params = param.list()?;
     let mut components = [0.0; 3];

@@ -5,7 +5,7 @@ use crate::part21::{Keyword, Param, Record};
 use partprobe_shape::Color;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// A style may refer to styles so many times; the standard's own chain has six links.
+/// The largest length of a chain of styles that refer to styles. The chain in the standard has six links.
 const MAX_CHAIN: u32 = 10;
 
 const PRE_DEFINED: [(&[u8], u32); 8] = [
@@ -26,12 +26,12 @@ pub(super) struct Colors {
 }
 
 impl Colors {
-    /// The color that was given to this item itself.
+    /// The color of this item itself.
     pub(super) fn of(&self, item: u64) -> Option<Color> {
         self.by_item.get(&item).copied()
     }
 
-    /// Reads every styled item of the file; what has no surface color is left out.
+    /// Reads every styled item of the file. Items without a surface color are left out.
     pub(super) fn read(source: &StepFile<'_>) -> Self {
         let mut search = StyleSearch {
             source,
@@ -70,7 +70,7 @@ impl Colors {
     }
 }
 
-/// The attributes of a styled item, however its instance is written.
+/// The attributes of a styled item, from a plain or complex instance.
 pub(super) struct StyledItem<'a> {
     styles: Param<'a>,
     pub(super) item: Param<'a>,
@@ -78,7 +78,7 @@ pub(super) struct StyledItem<'a> {
     overrides: Option<u64>,
 }
 
-/// Reads a styled item; none of any other entity, nor of a style that holds in one context only.
+/// Reads a styled item. Returns `None` for any other entity, and for a style that applies in one context only.
 pub(super) fn styled_item<'a>(source: &StepFile<'a>, record: Record) -> Option<StyledItem<'a>> {
     match record.keyword {
         Keyword::StyledItem => {
@@ -95,7 +95,7 @@ pub(super) fn styled_item<'a>(source: &StepFile<'a>, record: Record) -> Option<S
                 .class_params(record, "", 3)
                 .ok()
                 .and_then(|rest| rest.first::<1>().ok());
-            // Who names no overridden style overrides any.
+            // If no overridden style is named, the number 0 is used, which is no instance.
             let overrides = overridden
                 .and_then(|[style]| style.reference().ok())
                 .unwrap_or(0);
@@ -136,8 +136,8 @@ struct ItemStyle {
     overrides: Option<u64>,
 }
 
-/// The color that holds: one that no other style of the same item overrides, an overriding one before a plain one, and the
-/// first of the file of those that are equal in this.
+/// The color that applies. Styles that no other style of the same item overrides are preferred. Among them, an overriding style
+/// is preferred to a plain one. If several remain, the first one in the file counts.
 fn strongest(styles: &[ItemStyle]) -> Option<Color> {
     let overridden: BTreeSet<u64> = styles.iter().filter_map(|style| style.overrides).collect();
     let holds = |style: &&ItemStyle| !overridden.contains(&style.id);
@@ -150,16 +150,16 @@ fn strongest(styles: &[ItemStyle]) -> Option<Color> {
         .map(|style| style.color)
 }
 
-/// What a style says of a surface.
+/// The color and the transparency that a style gives to a surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Look {
     color: Option<Color>,
-    /// From 0, opaque, to 1.
+    /// From 0 (opaque) to 1 (fully transparent).
     transparency: Option<f64>,
 }
 
 impl Look {
-    /// The color with the transparency in its last byte. The number 0 would say that there is no color.
+    /// The color, with the opacity in its last byte. The number 0 is avoided, because it means that there is no color.
     fn rgba(self) -> Option<Color> {
         let Color(rgba) = self.color?;
         let opacity = 1.0 - self.transparency.unwrap_or(0.0).clamp(0.0, 1.0);
@@ -167,7 +167,7 @@ impl Look {
         Some(Color(rgba.max(1)))
     }
 
-    /// What this look says, and what only the other one says.
+    /// The values of this look, completed by those of the other one.
     fn or(self, other: Self) -> Self {
         Self {
             color: self.color.or(other.color),
@@ -176,7 +176,7 @@ impl Look {
     }
 }
 
-/// A search for the look behind a style, which remembers what it has found.
+/// A search for the look of a style. It remembers its results.
 struct StyleSearch<'s, 'a> {
     source: &'s StepFile<'a>,
     known: BTreeMap<u64, Look>,
@@ -194,7 +194,7 @@ impl StyleSearch<'_, '_> {
         if let Some(&known) = self.known.get(&id) {
             return known;
         }
-        // A style that leads back to itself finds nothing there.
+        // If a style refers back to itself, the search finds nothing there.
         self.known.insert(id, Look::default());
         let Ok(record) = self.source.record(id) else {
             return Look::default();

@@ -8,23 +8,23 @@ use crate::geometry::Surface;
 use partprobe_shape::FaceType;
 use std::sync::Arc;
 
-/// A surface that several faces may lie on.
+/// A surface that several faces may share.
 #[derive(Clone)]
 pub(super) struct SharedSurface {
     pub(super) surface: Arc<Surface>,
     pub(super) face_type: FaceType,
-    /// False where the surface that the file names has the opposite normal.
+    /// False if the surface that the file names has the opposite normal.
     pub(super) same_sense: bool,
 }
 
-/// Surfaces, and which instances they were read from.
+/// Surfaces, and the instances from which they were read.
 pub(super) struct SurfaceTable {
     memo: Memo,
     list: Vec<SharedSurface>,
 }
 
 impl SurfaceTable {
-    /// An empty table for a file of so many instances.
+    /// An empty table for a file of `n_records` instances.
     pub(super) fn new(n_records: usize) -> Self {
         Self {
             memo: Memo::new(n_records),

@@ -1,4 +1,4 @@
-//! Reads surfaces, without the entities that only trim them.
+//! Reads surfaces. Entities that only trim a surface are followed to the surface itself.
 
 use super::curves::{DirectedCurve, MAX_NESTING};
 use super::error::{EntityError, Problem};
@@ -13,12 +13,12 @@ use std::f64::consts::FRAC_PI_2;
 pub(super) struct TypedSurface {
     pub(super) surface: Surface,
     pub(super) face_type: FaceType,
-    /// False where the surface that was asked for has the opposite normal, as a trimmed surface may.
+    /// False if the requested surface has the opposite normal, which is possible for a trimmed surface.
     pub(super) same_sense: bool,
 }
 
 impl<'a> Reader<'_, 'a> {
-    /// The basis surface that an instance stands for.
+    /// The basis surface of an instance.
     pub(super) fn surface(&self, id: u64, nesting: u32) -> Result<TypedSurface, EntityError> {
         if nesting > MAX_NESTING {
             return Err(EntityError::from(Problem::TooDeep).within(id));
@@ -37,7 +37,8 @@ impl<'a> Reader<'_, 'a> {
             Keyword::SurfaceReplica => self.replicated_surface(record, nesting),
             _ => {
                 let (surface, face_type) = self.basis_surface(record)?;
-                // In a mirror the normal `∂u × ∂v` of a spline turns round; elementary surfaces are symmetric.
+                // If the representation is mirrored, the normal `∂u × ∂v` of a spline is reversed. Elementary surfaces are
+                // symmetric.
                 let reverses_normal = matches!(surface, Surface::Bspline(_));
                 Ok(TypedSurface {
                     surface,
@@ -48,8 +49,8 @@ impl<'a> Reader<'_, 'a> {
         })
     }
 
-    /// A surface that an operator has moved. Where the operator mirrors, `∂u × ∂v` of the replica points to the other side
-    /// than the mirrored normal does, which is the one that a mirrored reader keeps.
+    /// A surface that an operator has moved. If the operator includes a reflection, `∂u × ∂v` of the replica is opposite to the
+    /// mirrored normal. A mirrored reader keeps the mirrored normal, so the sense is reversed.
     fn replicated_surface(
         &self,
         record: Record,
@@ -105,7 +106,7 @@ impl<'a> Reader<'_, 'a> {
                     return Err(ParamError::Kind("a half angle below a right angle").into());
                 }
                 let slope = libm::tan(half_angle);
-                // The radius may be 0: the placement then stands at the apex.
+                // The radius may be 0. Then the placement is at the apex.
                 Ok((
                     Surface::Cone {
                         frame,
@@ -135,16 +136,16 @@ impl<'a> Reader<'_, 'a> {
         }
     }
 
-    /// Whether the inner part of a torus that meets itself is meant: the part that a negative major radius gives.
+    /// Whether the file selects the inner part of a torus that meets itself. A negative major radius gives this part.
     fn is_lemon(&self, record: Record, major: f64, minor: f64) -> bool {
         let meets_itself =
             record.keyword == Keyword::DegenerateToroidalSurface && 0.0 < major && major < minor;
         let select_outer = |[_, _, _, _, flag]: [Param<'a>; 5]| flag.flag().unwrap_or(true);
-        // Who leaves the choice out means the outer part.
+        // If the choice is left out, it is the outer part.
         meets_itself && !self.source.params(record).map_or(true, select_outer)
     }
 
-    /// An extruded or revolved curve; a curve that is walked backwards turns the sweep's normal round.
+    /// An extruded or revolved curve. If the curve is walked backwards, the normal of the sweep is reversed.
     fn swept_surface(&self, record: Record, nesting: u32) -> Result<TypedSurface, EntityError> {
         let [_, curve, axis] = self.source.params(record)?;
         let DirectedCurve { curve, same_sense } = self.curve(curve.reference()?, nesting + 1)?;
@@ -160,7 +161,8 @@ impl<'a> Reader<'_, 'a> {
                 same_sense,
             });
         }
-        // In a mirror the normal `∂u × ∂v` of an extrusion turns round; a revolved curve's is symmetric.
+        // If the representation is mirrored, the normal `∂u × ∂v` of an extrusion is reversed. A surface of revolution is
+        // symmetric.
         let surface = Surface::Extrusion {
             curve,
             direction: self.vector(axis)?,
@@ -176,7 +178,7 @@ impl<'a> Reader<'_, 'a> {
         let [_, basis, distance] = self.source.params(record)?;
         let basis = self.surface(basis.reference()?, nesting + 1)?;
         let distance = self.length(distance)?;
-        // The offset goes along the normal of the surface that is named, which may be reversed.
+        // The offset is along the normal of the named surface, which may be reversed.
         let distance = if basis.same_sense {
             distance
         } else {
@@ -193,7 +195,7 @@ impl<'a> Reader<'_, 'a> {
         })
     }
 
-    /// A trimmed surface has its basis's normal, reversed when exactly one of its parameters runs backwards.
+    /// A trimmed surface has the normal of its basis. The normal is reversed if exactly one of the parameters runs backwards.
     fn trimmed_surface(&self, record: Record, nesting: u32) -> Result<TypedSurface, EntityError> {
         let [_, basis, _, _, _, _, sense_u, sense_v] = self.source.params(record)?;
         let basis = self.surface(basis.reference()?, nesting + 1)?;

@@ -1,5 +1,5 @@
 //! Reads tessellated geometry: `TRIANGULATED_FACE`, `TRIANGULATED_SURFACE_SET` and their complex forms become triangles over
-//! numbered corners. Two coordinates that are equal to the last bit are one corner.
+//! numbered corners. Two points whose coordinates are equal to the last bit are one corner.
 
 use super::error::{EntityError, Problem};
 use super::file::{StepFile, name_of};
@@ -14,9 +14,9 @@ pub(super) struct TessellatedFace {
     pub(super) name: Option<String>,
     /// Corners by their numbers in [`Corners`], counter-clockwise seen from outside.
     pub(super) triangles: Vec<[u32; 3]>,
-    /// The normal at each corner that the file gives one for.
+    /// The normals of the corners for which the file gives one.
     pub(super) normals: BTreeMap<u32, Point>,
-    /// The file numbers the corners of its triangles by the list of coordinates, and not by the face's own list.
+    /// Whether the file numbers the corners of its triangles by the list of coordinates instead of the face's own list.
     pub(super) numbers_coordinates: bool,
 }
 
@@ -43,7 +43,7 @@ pub(super) fn is_triangulated(source: &StepFile<'_>, record: Record) -> bool {
     }
 }
 
-/// The exact face that a tessellated one belongs to, if it names one.
+/// The exact face to which a tessellated face belongs, if it names one.
 pub(super) fn geometric_link(source: &StepFile<'_>, record: Record) -> Option<u64> {
     let params = match record.keyword {
         Keyword::TriangulatedFace | Keyword::ComplexTriangulatedFace => {
@@ -56,7 +56,7 @@ pub(super) fn geometric_link(source: &StepFile<'_>, record: Record) -> Option<u6
     link.reference().ok()
 }
 
-/// The classes of triangles, each with the class that holds its coordinates.
+/// The classes of triangles, and for each the class that has its coordinates.
 const TRIANGULATED: [[&str; 2]; 4] = [
     ["TRIANGULATED_FACE", "TESSELLATED_FACE"],
     ["COMPLEX_TRIANGULATED_FACE", "TESSELLATED_FACE"],
@@ -67,7 +67,7 @@ const TRIANGULATED: [[&str; 2]; 4] = [
     ],
 ];
 
-/// What an entity of triangles says.
+/// The attributes of an entity of triangles.
 struct Attributes<'a> {
     name: Option<String>,
     coordinates: Param<'a>,
@@ -76,14 +76,14 @@ struct Attributes<'a> {
     groups: Groups<'a>,
 }
 
-/// How its corners make triangles.
+/// The lists of corners from which triangles are made.
 enum Groups<'a> {
     Triangles(Param<'a>),
     Strips([Param<'a>; 2]),
 }
 
 impl Groups<'_> {
-    /// Triangles of numbers that count from 1.
+    /// The triangles. Their corners are numbered from 1.
     fn triangles(self) -> Result<Vec<[usize; 3]>, EntityError> {
         match self {
             Self::Triangles(triangles) => {
@@ -106,7 +106,7 @@ impl<'a> Reader<'_, 'a> {
     /// The triangles of a face.
     ///
     /// # Errors
-    /// If a parameter is missing or a corner does not exist; then no triangle of the face is read.
+    /// If a parameter is missing or a corner does not exist. Then no triangle of the face is read.
     pub(super) fn tessellated_face(
         &self,
         record: Record,
@@ -136,7 +136,8 @@ impl<'a> Reader<'_, 'a> {
         })
     }
 
-    /// The triangles with their members of the list in place of numbers; those without extent, which join strips, are left out.
+    /// The triangles, with the members of the list in place of their numbers. Triangles without an extent, which join strips, are
+    /// left out.
     fn numbered(
         &self,
         mut triangles: Vec<[usize; 3]>,
@@ -156,7 +157,7 @@ impl<'a> Reader<'_, 'a> {
         Ok(numbered)
     }
 
-    /// A reader that stands where a `REPOSITIONED_TESSELLATED_ITEM` puts its contents; this one for any other entity.
+    /// A reader in the coordinate system of a `REPOSITIONED_TESSELLATED_ITEM`. For any other entity it is this reader.
     pub(super) fn repositioned(&self, record: Record) -> Result<Self, EntityError> {
         let params = match record.keyword {
             Keyword::Complex => self
@@ -190,7 +191,7 @@ impl<'a> Reader<'_, 'a> {
         })
     }
 
-    /// The normals of the local corners: one for all, one for each, or none.
+    /// The normals of the local corners: one for all corners, one per corner, or none.
     fn normals(
         &self,
         normals: Param<'a>,
@@ -247,7 +248,7 @@ impl Corners {
     }
 
     fn number(&mut self, point: Point) -> u32 {
-        // -0 and 0 are one point.
+        // The coordinates -0 and 0 are equal.
         let key = point.map(|x| (x + 0.0).to_bits());
         *self.number_of.entry(key).or_insert_with(|| {
             self.points.push(point);
@@ -255,7 +256,7 @@ impl Corners {
         })
     }
 
-    /// Forgets the lists: what is read next stands elsewhere.
+    /// Forgets the lists, because the next entities have another position.
     pub(super) fn forget_lists(&mut self) {
         self.lists.clear();
     }
@@ -373,8 +374,8 @@ fn member(list: &[u32], number: usize) -> Result<u32, EntityError> {
     })
 }
 
-/// Whether triangles cannot mean the face's own list of points, since they name members that it lacks, but the coordinates
-/// that it consists of: some writers number them so.
+/// Whether the corners of triangles are numbers of coordinates instead of members of the face's own list, because that list lacks
+/// some of them. Some writers number them in this way.
 fn numbers_coordinates(triangles: &[[usize; 3]], index: &[usize]) -> bool {
     let named = || triangles.iter().flatten();
     if index.is_empty() || named().all(|&corner| corner <= index.len()) {

@@ -27,18 +27,18 @@ pub(super) struct TopologyBuilder<'s, 'a> {
     pub(super) layers: &'s Layers,
     pub(super) brep: Brep,
     pub(super) edges: EdgeTable,
-    /// Faces that are there already, by their instances' slots.
+    /// For each instance, whether it was already read as a face.
     pub(super) is_read: Vec<bool>,
-    /// Those of them that became faces.
+    /// For each instance, whether it became a face.
     pub(super) has_face: Vec<bool>,
     root: u32,
-    /// The component of the root at work.
+    /// The component of the current root.
     pub(super) component: u32,
-    /// The root at work and its representation: what styles and layers may name instead of a shell.
+    /// The current root and its representation. Styles and layers may name them instead of a shell.
     owners: [Option<u64>; 2],
 }
 
-/// Where a root stands.
+/// The product and the position of a root.
 pub(super) struct Site {
     pub(super) product_name: Option<String>,
     pub(super) space: Space,
@@ -46,14 +46,14 @@ pub(super) struct Site {
     pub(super) representation: Option<u64>,
 }
 
-/// Where a face hangs: what its reader needs apart from its own entity.
+/// The data of its shell that reading a face needs in addition to its entity.
 #[derive(Clone, Copy)]
 pub(super) struct ShellContext<'s, 'a> {
     pub(super) reader: Reader<'s, 'a>,
     pub(super) shell: u32,
     /// The color of the shell, of its body or of its representation, for faces without their own.
     pub(super) color: Option<Color>,
-    /// The layer of the same, for faces without their own.
+    /// The layer of the shell, of its body or of its representation, for faces without their own.
     pub(super) layer: Option<&'s str>,
 }
 
@@ -80,13 +80,13 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
         }
     }
 
-    /// What was built.
+    /// Returns the B-Rep.
     pub(super) fn finish(mut self) -> Brep {
         (self.brep.vertices, self.brep.edges) = self.edges.into_lists();
         self.brep
     }
 
-    /// Adds the faces of a root, and says whether there were any; a root whose faces are all there already adds nothing.
+    /// Adds the faces of a root, and returns whether there were any. If all its faces have already been read, it adds nothing.
     pub(super) fn add_root(&mut self, root: &Root, site: Site) -> bool {
         self.root += 1;
         self.component = site.component;
@@ -168,7 +168,7 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
         }
     }
 
-    /// Adds a shell without faces, and returns the context of its faces. `id` is the shell as its owner names it.
+    /// Adds a shell without faces, and returns the context of its faces. `id` is the number by which its owner names the shell.
     pub(super) fn push_shell(
         &mut self,
         reader: Reader<'s, 'a>,
@@ -192,7 +192,7 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
         context
     }
 
-    /// Adds the bounded surfaces among the elements of a geometric set; curves and points are not faces.
+    /// Adds the bounded surfaces of a geometric set as faces. Curves and points are not faces.
     fn add_surfaces(&mut self, reader: Reader<'s, 'a>, set: u64, elements: &[u64]) {
         let context = self.push_shell(
             reader,
@@ -229,7 +229,8 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
         }
     }
 
-    /// Adds what a representation lists without a body around it: its faces make one shell, and so does each of its shells.
+    /// Adds the items that a representation lists without a body around them. All faces together make one shell, and each listed
+    /// shell makes another one.
     fn add_bare(&mut self, reader: Reader<'s, 'a>, representation: u64, items: &[u64]) {
         let shell = Shell {
             step_id: representation,
@@ -315,7 +316,7 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
         })
     }
 
-    /// The faces that a shell names. One that is written as no instance can be is an error among them.
+    /// The faces that a shell names. A reference with too large a number is an error in the list.
     fn faces_of_shell(&self, record: Record) -> Result<Vec<Result<u64, ParamError>>, EntityError> {
         match record.keyword {
             Keyword::ClosedShell
@@ -328,7 +329,7 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
                     .class_params(record, "CONNECTED_FACE_SET", 1)?
                     .first()?;
                 let faces: Vec<_> = faces.list()?.iter().map(|face| face?.reference()).collect();
-                // A list that breaks off is the shell's fault, and so is one that names something else.
+                // If the list breaks off or names something else, the shell is faulty.
                 match faces
                     .iter()
                     .find_map(|face| face.err().filter(|error| *error != ParamError::LargeId))

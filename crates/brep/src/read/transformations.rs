@@ -1,4 +1,4 @@
-//! Reads transformation operators (`CARTESIAN_TRANSFORMATION_OPERATOR` and similar) as motions, and the replicas that they make.
+//! Reads transformation operators (`CARTESIAN_TRANSFORMATION_OPERATOR` and similar) as motions, and replicas that use them.
 //! Nothing here knows about assemblies.
 
 use super::error::{EntityError, Problem};
@@ -8,10 +8,10 @@ use crate::geometry::Frame;
 use crate::part21::{Keyword, Param, ParamError, Record};
 use partprobe_shape::{cross, dot};
 
-/// A replica may replicate a replica so many times.
+/// The largest depth of replicas of replicas.
 const MAX_REPLICAS: u32 = 12;
 
-/// The attributes of an operator, however its instance is written.
+/// The attributes of an operator, from a plain or complex instance.
 struct Operator<'a> {
     x: Param<'a>,
     y: Param<'a>,
@@ -47,7 +47,7 @@ impl<'s, 'a> Reader<'s, 'a> {
         if scale == 0.0 || scale.is_nan() {
             return Err(Problem::Geometry("its scale is 0").into());
         }
-        // Axes that are left-handed mirror the shape, and so does a scale below 0.
+        // Left-handed axes mirror the shape, and so does a negative scale.
         let side = |flips: bool| if flips { -1.0 } else { 1.0 };
         let is_left_handed = y.is_some_and(|y| dot(y, frame.y) < 0.0);
         let axes = [
@@ -67,7 +67,7 @@ impl<'s, 'a> Reader<'s, 'a> {
         })
     }
 
-    /// Follows replicas to what they replicate: a reader that stands where the last one puts it, and the instance there.
+    /// Follows replicas to the original instance. Returns a reader in the position of the last replica, and the instance.
     ///
     /// `replica` is the class that is followed: `POINT_REPLICA`, `CURVE_REPLICA` or `SURFACE_REPLICA`.
     pub(super) fn without_replicas(
@@ -93,7 +93,7 @@ impl<'s, 'a> Reader<'s, 'a> {
         Err(EntityError::from(Problem::TooDeep).within(id))
     }
 
-    /// A reader of what an operator moves, before the representation's own placement.
+    /// A reader that applies an operator before the representation's own placement.
     fn moved_by(&self, operator: u64) -> Result<Self, EntityError> {
         let unplaced = Reader {
             space: Space {
@@ -119,7 +119,7 @@ impl<'s, 'a> Reader<'s, 'a> {
     }
 }
 
-/// The attributes of an operator: in one list of a plain instance, by class in a complex one.
+/// The attributes of an operator. A plain instance has them in one list, and a complex instance has them by class.
 fn operator<'a>(source: &StepFile<'a>, record: Record) -> Result<Operator<'a>, EntityError> {
     let wrong_class = || source.wrong_class(record, "transformation");
     if record.keyword != Keyword::Complex {

@@ -5,12 +5,12 @@ use super::file::StepFile;
 use crate::part21::{Keyword, Param, ParamError, Params, Record, decode_text};
 use partprobe_shape::Units;
 
-/// A unit may be defined by a unit so many times; real files stop at two.
+/// The largest depth of units that are defined by other units. Real files have at most two levels.
 const MAX_CHAIN: usize = 8;
 
 const MM_PER_METRE: f64 = 1000.0;
 
-/// What a file without units is read in.
+/// The units in which a file without units is read.
 pub(super) fn default_units() -> Units {
     Units {
         length: "mm".to_owned(),
@@ -23,7 +23,7 @@ pub(super) fn default_units() -> Units {
 /// The units that a representation context assigns.
 ///
 /// # Errors
-/// If it assigns no length unit that can be read; radians are taken where it has no angle unit.
+/// If it assigns no length unit that can be read. Without an angle unit, radians are assumed.
 pub(super) fn units_of_context(source: &StepFile<'_>, context: u64) -> Result<Units, EntityError> {
     let mut units = default_units();
     let mut has_length = false;
@@ -85,11 +85,11 @@ enum Quantity {
 struct Unit {
     quantity: Quantity,
     name: String,
-    /// Meters or radians in one unit.
+    /// Meters or radians per unit.
     in_si: f64,
 }
 
-/// The length or angle unit that an instance defines; `None` if it is a unit of something else.
+/// The length or angle unit that an instance defines. Returns `None` if it is a unit of another quantity.
 fn read_unit(source: &StepFile<'_>, id: u64) -> Result<Option<Unit>, EntityError> {
     let record = source.record(id)?;
     let has = |name| source.exchange.partial(record, name).is_some();
@@ -98,7 +98,7 @@ fn read_unit(source: &StepFile<'_>, id: u64) -> Result<Option<Unit>, EntityError
         _ if has("LENGTH_UNIT") => Quantity::Length,
         _ if has("PLANE_ANGLE_UNIT") => Quantity::Angle,
         _ if has("SOLID_ANGLE_UNIT") => return Ok(None),
-        // A plain instance does not say of what it is a unit, but what it is defined by does.
+        // A plain instance does not state its quantity, but its definition does.
         Ok(Definition {
             base: SiBase::Meter,
             ..
@@ -120,9 +120,9 @@ fn read_unit(source: &StepFile<'_>, id: u64) -> Result<Option<Unit>, EntityError
     }))
 }
 
-/// What a unit is in SI units.
+/// The definition of a unit in SI units.
 struct Definition {
-    /// SI base units in one unit.
+    /// SI base units per unit.
     in_si: f64,
     base: SiBase,
 }
@@ -163,7 +163,7 @@ fn definition(source: &StepFile<'_>, id: u64) -> Result<Definition, EntityError>
     Err(Problem::TooDeep.into())
 }
 
-/// The number and the unit of a `…_MEASURE_WITH_UNIT`, plain or complex, or of an item that is one.
+/// The number and the unit of a plain or complex `…_MEASURE_WITH_UNIT`, or of a representation item of this class.
 fn measure_with_unit(source: &StepFile<'_>, id: u64) -> Result<(f64, u64), EntityError> {
     source.entity(id, |record| {
         let measure_of = |params: Params<'_>| {
@@ -180,7 +180,7 @@ fn measure_with_unit(source: &StepFile<'_>, id: u64) -> Result<(f64, u64), Entit
     })
 }
 
-/// The SI units that lengths and angles come down to.
+/// The SI units to which lengths and angles are reduced.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum SiBase {
     Meter,
@@ -188,18 +188,18 @@ enum SiBase {
     Other,
 }
 
-/// What an `SI_UNIT` states.
+/// The contents of an `SI_UNIT`.
 struct SiSymbol {
-    /// The prefix's letter; empty without one.
+    /// The letter of the prefix, or an empty text if there is no prefix.
     prefix: &'static str,
-    /// Base units in one unit.
+    /// Base units per unit.
     factor: f64,
     base: SiBase,
 }
 
 impl SiSymbol {
-    /// Reads prefix and name; who leaves the prefix out, or writes `$` or `*` for it, has none. A plain instance has its
-    /// dimensions before them.
+    /// Reads prefix and name. There is no prefix if it is left out or written as `$` or `*`. A plain instance has its dimensions
+    /// before them.
     fn read(params: Params<'_>) -> Result<Self, Problem> {
         let symbols = params.iter().filter_map(|param| match param {
             Ok(Param::Enum(name)) => Some(name.to_ascii_uppercase()),
@@ -251,7 +251,7 @@ const PREFIXES: [(&[u8], &str, f64); 16] = [
     (b"ATTO", "a", 1e-18),
 ];
 
-/// `mm`, `m`, `radian`, or the lower-case name that a conversion-based unit gives itself.
+/// `mm`, `m`, `radian`, or the name of a conversion-based unit in lower case.
 fn unit_name(source: &StepFile<'_>, record: Record) -> String {
     if let Some(SiSymbol { prefix, base, .. }) = source
         .exchange
@@ -278,7 +278,7 @@ mod tests {
     const INCH: &str = "(CONVERSION_BASED_UNIT('INCH',#4)LENGTH_UNIT()NAMED_UNIT(*))";
     const OF_METRE: &str = "LENGTH_MEASURE_WITH_UNIT(LENGTH_MEASURE(0.0254),#5)";
 
-    /// Checks name and millimeters of a unit, which may refer to `#4` and `#5`, and how many losses its reading names.
+    /// Checks the name and the millimeters of a unit, which may refer to `#4` and `#5`, and the number of lost entities.
     #[track_caller]
     fn check(unit: &str, [fourth, fifth]: [&str; 2], expected: (&str, f64), n_lost: usize) {
         let mut text =
@@ -316,7 +316,7 @@ mod tests {
         for (prefix, symbol, factor) in super::PREFIXES {
             let prefix = std::str::from_utf8(prefix).unwrap();
             let unit = format!("(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT(.{prefix}.,.METRE.))");
-            // A length of a hundred thousand kilometers is out of reach.
+            // With larger units, the points of the test file are out of reach.
             if factor < 1e9 {
                 check(&unit, none, (&format!("{symbol}m"), factor * 1000.0), 0);
             }
