@@ -1,4 +1,4 @@
-//! Holds the labeled mesh of one shape, with all that is known of its faces.
+//! Holds the labeled mesh of one shape, with all data of its faces.
 //!
 //! A mesh, a face graph, label layers and settings go in, and their sizes and indices are checked. Nothing here computes a
 //! label.
@@ -9,7 +9,7 @@ use crate::shape_kind::ShapeKind;
 use partprobe_shape::{FaceGraph, Instance, Mesh, SurfaceAttributes, Units};
 use std::collections::BTreeMap;
 
-/// The settings that a carrier was made with, and where it came from.
+/// The settings with which a carrier was made, and its origin.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CarrierMeta {
     /// The id of the shape in its data set.
@@ -18,7 +18,7 @@ pub struct CarrierMeta {
     pub source_sha256: String,
     /// Dihedral threshold θ, in degrees.
     pub theta_deg: f64,
-    /// Parts with fewer triangles on the refined carrier are absorbed; 0 absorbs none.
+    /// Parts with fewer triangles on the refined carrier are absorbed. A value of 0 absorbs no part.
     pub tau_min: u32,
     /// Chord tolerance of the tessellation, in millimeters.
     pub chord_mm: f64,
@@ -30,9 +30,10 @@ pub struct CarrierMeta {
     pub units: Units,
     /// Faces that have no triangles or could not be read, each with its reason.
     pub lost: Vec<String>,
-    /// What was left out on purpose, and which faces are triangles of the file.
+    /// Notes about what was left out on purpose, and about faces that the file gives as triangles.
     pub notes: Vec<String>,
-    /// The product occurrences that faces belong to; [`Face::instance`](partprobe_shape::Face::instance) counts them.
+    /// The product occurrences to which faces belong. [`Face::instance`](partprobe_shape::Face::instance) is an index into this
+    /// list.
     pub instances: Vec<Instance>,
 }
 
@@ -40,9 +41,9 @@ pub struct CarrierMeta {
 ///
 /// A shape is read from a STEP file, or it is a mesh or a point cloud alone. [`Carrier::kind`] says which.
 ///
-/// Invariants: every layer has one label per face; either the layers [`STEP_PARTS`] and [`STEP_PARTS_RAW`] exist, or the
-/// layer [`GIVEN`] does; every `tri_face` and `vertex_face` is a face of `graph`. The fields are private, so that every
-/// carrier was checked by [`Carrier::new`].
+/// Invariants: every layer has one label per face; either the layers [`STEP_PARTS`] and [`STEP_PARTS_RAW`] exist, or the layer
+/// [`GIVEN`] does; every `tri_face` and `vertex_face` is a face of `graph`. The fields are private, so every carrier was checked
+/// by [`Carrier::new`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Carrier {
     mesh: Mesh,
@@ -52,18 +53,18 @@ pub struct Carrier {
     attributes: SurfaceAttributes,
 }
 
-/// Why pieces do not make a carrier.
+/// The reason why a mesh, a graph and layers do not make a carrier.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum CarrierError {
-    /// A list does not have one entry for each thing that it describes.
+    /// A list does not have one entry per described item.
     #[error("`{list}` has {found} entries for {expected}")]
     Length {
         /// The list that is too short or too long.
         list: &'static str,
-        /// How many entries it has.
+        /// The number of its entries.
         found: usize,
-        /// How many there should be.
+        /// The expected number of entries.
         expected: usize,
     },
     /// A layer does not have one label per face.
@@ -71,34 +72,34 @@ pub enum CarrierError {
     LayerLength {
         /// The name of the layer.
         layer: String,
-        /// How many labels it has.
+        /// The number of its labels.
         found: usize,
-        /// How many faces there are.
+        /// The number of faces.
         n_faces: usize,
     },
     /// A layer that every carrier has is missing.
     #[error("the label layer `{0}` is missing")]
     MissingLayer(&'static str),
-    /// An index points outside the list that it counts.
+    /// An index is outside the list to which it refers.
     #[error("`{list}` points at {index}, beyond the {len} that there are")]
     Index {
-        /// The list that holds the index.
+        /// The list that contains the index.
         list: &'static str,
         /// The index.
         index: usize,
-        /// The length of the list that it counts.
+        /// The length of the list to which it refers.
         len: usize,
     },
 }
 
 impl Carrier {
-    /// Takes a mesh, the faces that its triangles belong to, and their labels by name.
+    /// Takes a mesh, the faces to which its triangles belong, and their labels by name.
     ///
     /// The layers [`STEP_PARTS`] and [`STEP_PARTS_RAW`] must be among them. A shape without a B-Rep has the layer [`GIVEN`]
     /// instead; [`carrier_of_given`](crate::carrier_of_given) makes its carrier.
     ///
     /// # Errors
-    /// If mesh, graph and layers are of different shapes, or a layer is missing.
+    /// If mesh, graph and layers do not belong to the same shape, or a layer is missing.
     pub fn new<N: Into<String>>(
         mesh: Mesh,
         graph: FaceGraph,
@@ -117,7 +118,7 @@ impl Carrier {
         Ok(carrier)
     }
 
-    /// Checks the invariants of everything but the attributes.
+    /// Checks all invariants except those of the attributes.
     fn check(&self) -> Result<(), CarrierError> {
         let Self { mesh, graph, .. } = self;
         let n_faces = graph.faces.len();
@@ -157,7 +158,7 @@ impl Carrier {
         Ok(())
     }
 
-    /// The same carrier with one more layer; a layer of the same name is replaced.
+    /// The same carrier with one more layer. A layer of the same name is replaced.
     ///
     /// # Errors
     /// If the layer does not have one label per face.
@@ -179,7 +180,7 @@ impl Carrier {
         self
     }
 
-    /// The same carrier with what its surfaces say at its vertices.
+    /// The same carrier with attributes of the true surfaces at its vertices.
     ///
     /// # Errors
     /// If a list that is not empty does not have one row per vertex.
@@ -224,7 +225,7 @@ impl Carrier {
         self.layers.get(name)
     }
 
-    /// What the shape was read from: a B-Rep, a mesh, or a point cloud.
+    /// The kind of data from which the shape was read: a B-Rep, a mesh, or a point cloud.
     #[must_use]
     pub fn kind(&self) -> ShapeKind {
         let is_given = self.layers.contains_key(GIVEN) && !self.layers.contains_key(STEP_PARTS);
@@ -252,14 +253,14 @@ impl Carrier {
         self.raw_parts().map_or(&[], LabelLayer::of_face)
     }
 
-    /// The part of each face after small parts were absorbed: the layer [`STEP_PARTS`], or [`GIVEN`] if the shape has no
-    /// B-Rep. A face that came without a label has a negative number.
+    /// The part of each face after small parts were absorbed: the layer [`STEP_PARTS`], or [`GIVEN`] if the shape has no B-Rep. A
+    /// face without a given label has a negative number.
     #[must_use]
     pub fn part_of_face(&self) -> &[i32] {
         self.parts().map_or(&[], LabelLayer::of_face)
     }
 
-    /// What the true surfaces say at the vertices; lists that were not asked for are empty.
+    /// The attributes of the true surfaces at the vertices. Lists that were not requested are empty.
     #[must_use]
     pub fn attributes(&self) -> &SurfaceAttributes {
         &self.attributes
@@ -271,13 +272,13 @@ impl Carrier {
         &self.meta
     }
 
-    /// How many parts there are before small parts were absorbed.
+    /// The number of parts before small parts were absorbed.
     #[must_use]
     pub fn n_raw_parts(&self) -> usize {
         self.raw_parts().map_or(0, LabelLayer::n_labels)
     }
 
-    /// How many parts there are after small parts were absorbed.
+    /// The number of parts after small parts were absorbed.
     #[must_use]
     pub fn n_parts(&self) -> usize {
         self.parts().map_or(0, LabelLayer::n_labels)

@@ -7,7 +7,7 @@
 use crate::random::{Rng, keyed_rng, unit_interval};
 use partprobe_shape::{Mesh, Point, cross, dot, norm, subtract};
 
-/// Points that are spread over the surface, equally by area.
+/// The number of points that are spread over the surface, uniformly by area.
 const N_POINTS: usize = 2048;
 
 /// The number of other points whose distance from each point counts.
@@ -52,10 +52,10 @@ impl Descriptor {
         })
     }
 
-    /// How far two shapes differ: the mean difference of the quantiles of that distance which differs most.
+    /// The difference between two shapes: the mean difference of the quantiles, for the kind of distance that differs most.
     ///
-    /// It is about the Wasserstein distance of the distributions, in units of the root mean square distance from the center. The
-    /// same part by two exporters differs by about 0.01. Shapes that have nothing in common differ by 0.05 or more.
+    /// It is approximately the Wasserstein distance of the distributions, in units of the root mean square distance from the
+    /// center. The same part from two exporters differs by about 0.01. Shapes that have nothing in common differ by 0.05 or more.
     #[must_use]
     pub fn difference(&self, other: &Self) -> f64 {
         let mean = |(a, b): (&[f64; N_QUANTILES], &[f64; N_QUANTILES])| {
@@ -105,12 +105,12 @@ fn points_of_triangles(mesh: &Mesh, rng: &mut Rng) -> Vec<SurfacePoint> {
     (0..N_POINTS).map(&mut point).collect()
 }
 
-/// The cross product of two sides: normal to the triangle, and twice its area long.
+/// The cross product of two sides. It is normal to the triangle, and its length is twice the area.
 fn normal_of([a, b, c]: [Point; 3]) -> Point {
     cross(subtract(b, a), subtract(c, a))
 }
 
-/// A point of a triangle, all equally likely.
+/// A random point of a triangle, uniformly by area.
 fn point_in([a, b, c]: [Point; 3], rng: &mut Rng) -> Point {
     let (mut u, mut v) = (unit_interval(rng), unit_interval(rng));
     if u + v > 1.0 {
@@ -156,7 +156,7 @@ fn centered(mut points: Vec<SurfacePoint>) -> Option<Vec<SurfacePoint>> {
     Some(points)
 }
 
-/// The distances of each point from others, which are drawn.
+/// The distances of each point from randomly drawn other points.
 fn distances_to_partners(points: &[SurfacePoint], rng: &mut Rng) -> Vec<f64> {
     let mut distances = Vec::with_capacity(points.len() * N_PARTNERS);
     for point in points {
@@ -183,7 +183,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// A box with these sides, each of whose six sides is divided into n × n pairs of triangles.
+    /// A box with these dimensions. Each of its six sides is divided into n × n pairs of triangles.
     fn block(sides: Point, n: usize) -> Mesh {
         let mut mesh = Mesh::default();
         for axis in 0..3 {

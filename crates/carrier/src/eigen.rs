@@ -1,4 +1,4 @@
-//! Computes the eigenvalues of a symmetric matrix of three rows, and the direction of the least.
+//! Computes the eigenvalues of a symmetric 3 × 3 matrix, and the eigenvector of the smallest one.
 
 use partprobe_shape::{Point, cross, dot, norm};
 
@@ -18,7 +18,8 @@ pub(crate) fn eigenvalues(matrix: [Point; 3]) -> [f64; 3] {
     [0.0, -turn, turn].map(|shift| mean + 2.0 * size * libm::cos(angle + shift))
 }
 
-/// A unit vector in the direction of the least eigenvalue of a symmetric matrix; any such vector if several are least.
+/// A unit eigenvector of the smallest eigenvalue of a symmetric matrix. If there are several such directions, any of them is
+/// returned.
 pub(crate) fn least_direction(matrix: [Point; 3]) -> Point {
     let size = norm(matrix.map(norm));
     if !(size > 0.0 && size.is_finite()) {
@@ -35,7 +36,7 @@ pub(crate) fn least_direction(matrix: [Point; 3]) -> Point {
     if norm(normal) > 1e-9 {
         return unit(normal);
     }
-    // They span a line: every direction at right angles to it will do.
+    // The rows span a line. Any direction at a right angle to it is correct.
     let along = longest(shifted);
     if norm(along) < 1e-9 {
         return [0.0, 0.0, 1.0];

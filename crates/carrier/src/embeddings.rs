@@ -1,4 +1,4 @@
-//! Holds rows of numbers: an embedding for each token or point.
+//! Holds rows of numbers: one embedding per token or point.
 
 /// A row-major matrix with one embedding per row.
 #[derive(Clone, Debug, PartialEq)]
@@ -11,7 +11,7 @@ pub struct Embeddings {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{n_values} values do not fill whole rows of {dim}")]
 pub struct EmbeddingsError {
-    /// How many values were given.
+    /// The number of given values.
     pub n_values: usize,
     /// The length of a row.
     pub dim: usize,
@@ -32,7 +32,7 @@ impl Embeddings {
         Ok(Self { dim, values })
     }
 
-    /// Takes rows of a length that the type fixes.
+    /// Takes rows whose length is fixed by the type.
     #[must_use]
     pub fn from_rows<const DIM: usize>(rows: impl IntoIterator<Item = [f32; DIM]>) -> Self {
         const { assert!(DIM > 0, "a row holds at least one number") };
@@ -48,7 +48,7 @@ impl Embeddings {
         self.dim
     }
 
-    /// How many rows there are.
+    /// The number of rows.
     #[must_use]
     pub fn n_rows(&self) -> usize {
         self.values.len() / self.dim

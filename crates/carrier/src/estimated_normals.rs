@@ -1,8 +1,8 @@
-//! Estimates the normals of points that came without them.
+//! Estimates the normals of points that have none.
 //!
-//! Points go in, and a unit normal for each comes out: the direction in which its nearest points spread least. Signs are
-//! chosen so that neighbors agree (Hoppe et al., "Surface reconstruction from unorganized points", 1992), and so that the
-//! outermost point of each connected piece looks outward.
+//! Points go in, and one unit normal per point comes out: the direction in which its nearest points spread least. Signs are
+//! chosen so that neighbors agree (Hoppe et al., "Surface reconstruction from unorganized points", 1992), and so that the normal
+//! of the outermost point of each connected piece points outward.
 
 use crate::eigen::least_direction;
 use crate::nearest_points::nearest_points;
@@ -10,10 +10,10 @@ use partprobe_shape::{Point, dot, norm, subtract};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-/// How many nearest points decide a normal.
+/// The number of nearest points from which a normal is estimated.
 pub(crate) const N_NEIGHBORS: usize = 16;
 
-/// A unit normal for each point. Coordinates must be finite.
+/// One unit normal per point. Coordinates must be finite.
 #[must_use]
 pub fn estimated_normals(points: &[Point]) -> Vec<[f32; 3]> {
     let neighbors = nearest_points(points, N_NEIGHBORS);
@@ -52,7 +52,7 @@ fn normal_of(points: &[Point], own: Point, around: &[u32]) -> Point {
     least_direction(spread)
 }
 
-/// The same neighbors in both directions: a point is a neighbor of its neighbors.
+/// The neighbors in both directions, so that each point is a neighbor of its neighbors.
 fn mutual(neighbors: &[Vec<u32>]) -> Vec<Vec<u32>> {
     let mut both = neighbors.to_vec();
     for (own, around) in (0u32..).zip(neighbors) {
@@ -95,7 +95,7 @@ fn orient(points: &[Point], neighbors: &[Vec<u32>], normals: &mut [Point]) {
                 .iter()
                 .filter(|&&other| !is_done[other as usize])
             {
-                // The number is not negative, so that its bits sort as it does.
+                // The number is not negative, so its bits have the same order as the number.
                 let bend = (1.0 - dot(own, normals[other as usize]).abs()).max(0.0);
                 open.push(Reverse((bend.to_bits(), other, point)));
             }
@@ -103,7 +103,7 @@ fn orient(points: &[Point], neighbors: &[Vec<u32>], normals: &mut [Point]) {
     }
 }
 
-/// Reverses a vector that looks away from the direction.
+/// Reverses a vector that points away from the direction.
 fn align(vector: &mut Point, direction: Point) {
     if dot(*vector, direction) < 0.0 {
         *vector = vector.map(|x| -x);

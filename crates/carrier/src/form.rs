@@ -1,22 +1,22 @@
 //! Describes a whole surface by eight numbers that do not change if it is moved, rotated, mirrored or scaled.
 //!
 //! Triangles go in, and the numbers come out: second moments of the surface and of its normals. They do not depend on the
-//! triangulation, except for what the triangles cut off.
+//! triangulation, except for the volume that the triangles cut off.
 
 use crate::eigen::eigenvalues;
 use partprobe_shape::{Mesh, Point, cross, dot, norm, subtract};
 
-/// Forms that differ by no more than this in each number are equal; triangles at the default tolerances change a number
-/// by a third of it.
+/// Forms that differ by no more than this in each number are equal. Triangles at the default tolerances change a number by a
+/// third of it.
 const TOLERANCE: f64 = 0.01;
 
-/// What moving and scaling a mesh of single precision changes a number by.
+/// The largest change of a number if a mesh of single precision is moved and scaled.
 const ROUNDING: f64 = 1e-5;
 
-/// How a surface spreads around its center and how its normals spread, in units of the root of its area.
+/// The spread of a surface around its center and the spread of its normals, in units of the square root of its area.
 pub(crate) type Form = [f64; 8];
 
-/// The form of a mesh or a cloud; zeros if it has no extent.
+/// The form of a mesh or a cloud. All numbers are zero if it has no extent.
 pub(crate) fn form(mesh: &Mesh) -> Form {
     let triangles: Vec<WeightedTriangle> = if mesh.is_cloud() {
         weighted_points(mesh)
@@ -61,12 +61,12 @@ pub(crate) fn form(mesh: &Mesh) -> Form {
     ]
 }
 
-/// Whether two forms are those of one shape, for any triangulation of it.
+/// Whether two forms belong to the same shape, for any triangulation of it.
 pub(crate) fn are_equal(a: &Form, b: &Form) -> bool {
     a.iter().zip(b).all(|(a, b)| (a - b).abs() <= TOLERANCE)
 }
 
-/// Whether two forms are those of the same triangles or points, moved and scaled.
+/// Whether two forms belong to the same triangles or points, which may be moved and scaled.
 pub(crate) fn are_same_mesh(a: &Form, b: &Form) -> bool {
     a.iter().zip(b).all(|(a, b)| (a - b).abs() <= ROUNDING)
 }
@@ -79,7 +79,7 @@ struct WeightedTriangle {
 }
 
 impl WeightedTriangle {
-    /// `None` for a triangle without area.
+    /// Returns `None` for a triangle without an area.
     fn new(corners: [Point; 3]) -> Option<Self> {
         let [a, b, c] = corners;
         let across = cross(subtract(b, a), subtract(c, a));

@@ -1,8 +1,8 @@
-//! Makes the carrier of a mesh or a point cloud that came without a B-Rep, with the labels that it came with.
+//! Makes the carrier of a mesh or a point cloud without a B-Rep, with its given labels.
 //!
-//! Vertices, triangles and labels go in, and a [`Carrier`] comes out. Its faces are the sets of triangles, or of points, with
-//! the same label, in the order of the labels; what has no label is the last face. The labels are the layer [`GIVEN`].
-//! Nothing here reads a file or invents a label.
+//! Vertices, triangles and labels go in, and a [`Carrier`] comes out. Its faces are the sets of triangles, or of points, with the
+//! same label, in the order of the labels. Triangles or points without a label are the last face. The labels are the layer
+//! [`GIVEN`]. Nothing here reads a file or invents a label.
 
 use crate::carrier::{Carrier, CarrierError, CarrierMeta};
 use crate::estimated_normals::{N_NEIGHBORS, estimated_normals};
@@ -11,25 +11,26 @@ use crate::labels::IGNORE;
 use partprobe_shape::{Face, FaceGraph, FaceType, Mesh, Point, Units, norm};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// A mesh or a point cloud, with labels if it came with some.
+/// A mesh or a point cloud, with its given labels, if any.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct GivenShape {
     /// The vertices of the mesh, or the points of the cloud.
     pub vertices: Vec<Point>,
-    /// A normal for each point of a cloud; empty if it came without. Those of a mesh are not used.
+    /// One normal per point of a cloud, or an empty list. The normals of a mesh are not used.
     pub normals: Vec<[f32; 3]>,
-    /// The triangles; a shape without triangles is a cloud.
+    /// The triangles. A shape without triangles is a cloud.
     pub triangles: Vec<[u32; 3]>,
-    /// A label for each triangle, or for each point of a cloud; negative for none. Empty if the shape came without labels.
+    /// One label per triangle, or per point of a cloud. A negative number means that there is no label. The list is empty if the
+    /// shape has no given labels.
     pub labels: Vec<i32>,
-    /// The names of labels that have one.
+    /// The names of the labels that have a name.
     pub label_names: BTreeMap<i32, String>,
-    /// What the shape came from, for the notes of its carrier: for example, where its labels were.
+    /// The origin of the shape, for the notes of its carrier. For example, where its labels were read.
     pub notes: Vec<String>,
 }
 
 impl GivenShape {
-    /// How many triangles, or points of a cloud, can have a label, and the word for them.
+    /// The number of triangles, or of points of a cloud, and the word for them.
     #[must_use]
     pub fn elements(&self) -> (usize, &'static str) {
         match self.triangles.len() {
@@ -39,7 +40,7 @@ impl GivenShape {
     }
 }
 
-/// Why a mesh or a cloud has no carrier.
+/// The reason why a mesh or a cloud has no carrier.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum GivenError {
     /// There is neither a triangle nor a point.
@@ -50,25 +51,25 @@ pub enum GivenError {
     NotFinite {
         /// `vertex` or `point`.
         vertex: &'static str,
-        /// Its number, from 0.
+        /// Its number, counted from 0.
         number: usize,
     },
     /// A triangle names a vertex that does not exist.
     #[error("triangle {triangle} names vertex {vertex}, and there are only {n_vertices}")]
     Corner {
-        /// The number of the triangle, from 0.
+        /// The number of the triangle, counted from 0.
         triangle: usize,
-        /// The vertex, from 0.
+        /// The number of the vertex, counted from 0.
         vertex: u32,
-        /// How many vertices there are.
+        /// The number of vertices.
         n_vertices: usize,
     },
     /// There are more or fewer labels than triangles or points.
     #[error("there are {n_labels} labels for {n_elements} {elements}")]
     LabelCount {
-        /// How many labels there are.
+        /// The number of labels.
         n_labels: usize,
-        /// How many triangles or points there are.
+        /// The number of triangles or points.
         n_elements: usize,
         /// `triangles` or `points`.
         elements: &'static str,
@@ -76,23 +77,23 @@ pub enum GivenError {
     /// There are more or fewer normals than points.
     #[error("there are {n_normals} normals for {n_points} points")]
     NormalCount {
-        /// How many normals there are.
+        /// The number of normals.
         n_normals: usize,
-        /// How many points there are.
+        /// The number of points.
         n_points: usize,
     },
     /// All points coincide, or no triangle has an area.
     #[error("it has no extent: {0}")]
     NoExtent(&'static str),
-    /// The pieces do not make a carrier.
+    /// The mesh, the faces and the labels do not make a carrier.
     #[error(transparent)]
     Carrier(#[from] CarrierError),
 }
 
-/// The carrier of a mesh or a cloud. `source_sha256` is the hash of the file that it came from.
+/// The carrier of a mesh or a cloud. `source_sha256` is the hash of the file from which it was read.
 ///
-/// Coordinates are kept: a unit of the file counts as one millimeter. Points without usable normals get estimated ones, and
-/// a note says so.
+/// Coordinates are not changed: a unit of the file counts as one millimeter. Points without usable normals get estimated ones,
+/// and a note says so.
 ///
 /// # Errors
 /// If the shape is empty or has no extent, or its lists do not fit each other.
@@ -188,7 +189,7 @@ fn check(shape: &GivenShape) -> Result<(), GivenError> {
 
 /// The labels as faces.
 struct LabeledFaces {
-    /// The label of each face, as it was given; `None` for the face of what has no label.
+    /// The given label of each face, or `None` for the face of the triangles or points without a label.
     labels: Vec<Option<i32>>,
     /// The face of each triangle or point.
     of_element: Vec<u32>,
@@ -242,7 +243,7 @@ impl LabeledFaces {
     }
 }
 
-/// The given normals as unit vectors, or estimated ones if a normal is missing; a note says which.
+/// The given normals as unit vectors, or estimated normals if one is missing. A note tells if they are estimated.
 fn normals_of_cloud(shape: &GivenShape, notes: &mut Vec<String>) -> Vec<[f32; 3]> {
     let n_without = shape
         .normals
@@ -282,7 +283,8 @@ fn cloud_with_faces(points: Vec<Point>, normals: Vec<[f32; 3]>, face_of_point: &
     }
 }
 
-/// The mesh in which a vertex belongs to one face: those between faces are doubled, and those of no triangle are left out.
+/// The mesh in which each vertex belongs to one face. Vertices between faces are doubled, and vertices without a triangle are
+/// left out.
 fn mesh_with_faces(vertices: &[Point], triangles: &[[u32; 3]], face_of_triangle: &[u32]) -> Mesh {
     let mut mesh = Mesh {
         tri_face: face_of_triangle.to_vec(),

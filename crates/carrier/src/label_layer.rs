@@ -29,7 +29,7 @@ impl LabelLayer {
         &self.of_face
     }
 
-    /// One more than the highest label; 0 if no face has a label.
+    /// One more than the highest label, or 0 if no face has a label.
     #[must_use]
     pub fn n_labels(&self) -> usize {
         let highest = self.of_face.iter().max().copied().unwrap_or(IGNORE);

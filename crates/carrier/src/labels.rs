@@ -1,9 +1,9 @@
 //! Holds the labels of the triangles of a carrier, numbered without gaps.
 
-/// The label of what a reference does not label. A prediction never contains it.
+/// The label of triangles and points that a reference does not label. A prediction never contains it.
 pub const IGNORE: i32 = -1;
 
-/// One label for each triangle of a carrier.
+/// One label per triangle of a carrier.
 ///
 /// Invariant: the labels are 0..n_labels, each used at least once, or [`IGNORE`].
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -13,7 +13,7 @@ pub struct Labels {
 }
 
 impl Labels {
-    /// Renumbers arbitrary non-negative labels to 0..n in the order of their values; negative ones become [`IGNORE`].
+    /// Renumbers arbitrary non-negative labels to 0..n in the order of their values. Negative labels become [`IGNORE`].
     #[must_use]
     pub fn compacted(raw: &[i32]) -> Self {
         let mut values: Vec<i32> = raw.iter().copied().filter(|&label| label >= 0).collect();
@@ -46,7 +46,7 @@ impl Labels {
         &self.of_triangle
     }
 
-    /// How many different labels there are, without [`IGNORE`].
+    /// The number of different labels, without [`IGNORE`].
     #[must_use]
     pub fn n_labels(&self) -> u32 {
         self.n_labels

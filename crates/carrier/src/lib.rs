@@ -1,9 +1,8 @@
 //! Defines the values that partprobe's stages exchange, and pure arithmetic on them.
 //!
-//! A [`Carrier`] is a triangle mesh in which every triangle records its face, with the graph of the faces and one
-//! [`LabelLayer`] per label source. A [`PointSample`] is drawn from it. [`Labels`] belong to its triangles, and
-//! [`Embeddings`] are rows of numbers for tokens or points. The faces and meshes themselves are those of
-//! [`partprobe_shape`], whose items are exported here too.
+//! A [`Carrier`] is a triangle mesh in which every triangle records its face, with the graph of the faces and one [`LabelLayer`]
+//! per label source. A [`PointSample`] is drawn from it. [`Labels`] belong to its triangles, and [`Embeddings`] are rows of
+//! numbers for tokens or points. Faces and meshes are defined in [`partprobe_shape`]. Its items are also exported here.
 //!
 //! ```
 //! use partprobe_carrier::{

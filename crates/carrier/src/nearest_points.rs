@@ -16,7 +16,7 @@ pub fn nearest_points(points: &[Point], k: usize) -> Vec<Vec<u32>> {
         .collect()
 }
 
-/// A range of the tree's order that is still to be searched.
+/// A range of the tree's order that must still be searched.
 struct Branch {
     first: usize,
     end: usize,
@@ -24,7 +24,7 @@ struct Branch {
     least: f64,
 }
 
-/// A cloud that is asked for its nearest points.
+/// A cloud that is prepared for searches of nearest points.
 ///
 /// It is a balanced k-d tree without pointers: the middle of each range divides it.
 #[derive(Clone, Debug)]
@@ -144,7 +144,7 @@ fn widest_axis(points: &[Point], range: &[u32]) -> usize {
     })
 }
 
-/// Keeps the `k` nearest in order; of those at equal distance, the lowest.
+/// Keeps the `k` nearest in order. At equal distance, the lower number comes first.
 fn insert(found: &mut Vec<(f64, u32)>, new: (f64, u32), k: usize) {
     let position =
         found.partition_point(|old| old.0.total_cmp(&new.0).then(old.1.cmp(&new.1)).is_lt());
@@ -159,7 +159,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// The distances to the `k` nearest, by looking at all points.
+    /// The distances to the `k` nearest points, found by testing all points.
     fn distances_by_search(points: &[Point], own: usize, k: usize) -> Vec<f64> {
         let squared = |other: usize| {
             let apart = subtract(points[other], points[own]);

@@ -1,10 +1,11 @@
-//! Groups faces, or other numbered things, into parts.
+//! Groups faces, or other numbered items, into parts.
 //!
-//! Pairs that belong together or equal keys go in. The group of each thing comes out, numbered by its lowest member.
+//! Pairs that belong together or equal keys go in. The group of each item comes out. Groups are numbered in the order of their
+//! lowest members.
 
-/// The part that each face belongs to.
+/// The part to which each face belongs.
 ///
-/// Invariant: part ids are 0..n_parts, numbered by each part's lowest face index.
+/// Invariant: part ids are 0..n_parts, in the order of each part's lowest face index.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Partition {
     parts: Vec<u32>,
@@ -12,7 +13,7 @@ pub struct Partition {
 }
 
 impl Partition {
-    /// Groups faces that a chain of the given pairs connects.
+    /// Groups faces that are connected by a chain of the given pairs.
     #[must_use]
     pub fn from_joined_pairs(n_faces: usize, pairs: impl IntoIterator<Item = [u32; 2]>) -> Self {
         let mut roots: Vec<u32> = (0..).take(n_faces).collect();
@@ -27,7 +28,7 @@ impl Partition {
         Self::from_keys(&keys)
     }
 
-    /// Groups faces with equal keys, one key for each face.
+    /// Groups faces with equal keys. There is one key per face.
     #[must_use]
     pub fn from_keys<K: Ord>(keys: &[K]) -> Self {
         let mut ids = std::collections::BTreeMap::new();
@@ -46,14 +47,14 @@ impl Partition {
         &self.parts
     }
 
-    /// How many parts there are.
+    /// The number of parts.
     #[must_use]
     pub fn n_parts(&self) -> u32 {
         self.n_parts
     }
 }
 
-/// The representative of the face's group. It halves the path on its way (Tarjan and van Leeuwen, 1984).
+/// The representative of the face's group. The search halves the path (Tarjan and van Leeuwen, 1984).
 fn find_root(roots: &mut [u32], mut face: u32) -> u32 {
     while roots[face as usize] != face {
         let grandparent = roots[roots[face as usize] as usize];

@@ -6,48 +6,48 @@
 use crate::random::{Rng, unit_interval};
 use partprobe_shape::{Mesh, Point, cross, norm, subtract};
 
-/// Points with normals, and the triangle that each was drawn from.
+/// Points with normals, and the triangle from which each point was drawn.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PointSample {
     /// Positions in millimeters.
     pub points: Vec<[f32; 3]>,
-    /// Unit normals, outward.
+    /// Outward unit normals.
     pub normals: Vec<[f32; 3]>,
     /// Source triangle of each point.
     pub triangles: Vec<u32>,
 }
 
-/// Which normal a sampled point gets.
+/// The kind of normal that a sampled point gets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum NormalKind {
-    /// The triangle's own: what the paper samples; constant on a facet.
+    /// The normal of the triangle, as in the paper. It is constant on a triangle.
     Triangle,
-    /// The true surface's, interpolated between the normals that the carrier keeps at its vertices.
+    /// The normal of the true surface, interpolated between the normals that the carrier stores at its vertices.
     Analytic,
 }
 
-/// Why a carrier cannot be sampled.
+/// The reason why a carrier cannot be sampled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SampleError {
     /// No triangle has an area.
     #[error("the carrier has no surface to sample: the area of its triangles is 0")]
     NoArea,
-    /// Analytic normals were asked for, but the carrier keeps none.
+    /// Analytic normals were requested, but the carrier does not store any.
     #[error("the carrier has no vertex normals; label again with `--attributes normal`")]
     NoVertexNormals,
 }
 
 /// Draws `n_points` points uniformly by area from `mesh`.
 ///
-/// Of a cloud, each point is drawn once at most: if it has no more than `n_points` points, all of them are the sample, in
-/// their order. They have the normals of the cloud for any value of `normals`.
+/// Each point of a cloud is drawn at most once. If the cloud has no more than `n_points` points, the sample consists of all of
+/// them, in their order. They have the normals of the cloud for any value of `normals`.
 ///
 /// The result depends only on the arguments. Cost: `O(T + n log T)` for `T` triangles.
 ///
 /// # Errors
-/// If the mesh has no area, or has no vertex normals and `normals` asks for them.
+/// If the mesh has no area, or if `normals` needs vertex normals and the mesh has none.
 pub fn sample_by_area(
     mesh: &Mesh,
     n_points: usize,
@@ -90,7 +90,7 @@ pub fn sample_by_area(
     Ok(sample)
 }
 
-/// Different points of a cloud, in its order, each set of so many with the same probability (Knuth, algorithm S).
+/// Different points of a cloud, in its order. Every set of `n_points` points has the same probability (Knuth, algorithm S).
 fn points_of_cloud(cloud: &Mesh, n_points: usize, rng: &mut Rng) -> PointSample {
     let n_all = cloud.triangles.len();
     let mut n_wanted = n_points.min(n_all);
@@ -147,7 +147,7 @@ mod tests {
     use super::*;
     use crate::random::keyed_rng;
 
-    /// Two triangles in the planes z = 0 and x = 0 whose areas are 3 to 1.
+    /// Two triangles in the planes z = 0 and x = 0. The ratio of their areas is 3 to 1.
     fn corner() -> Mesh {
         Mesh {
             vertices: vec![

@@ -9,8 +9,8 @@ pub type Rng = ChaCha8Rng;
 
 /// The generator for one purpose on one shape: the same key gives the same numbers on any machine.
 ///
-/// `key` names what is drawn for whom, for example `["sample", shape_id]`; an entry's length counts,
-/// so `["ab", "c"]` and `["a", "bc"]` differ.
+/// `key` names the purpose and the shape, for example `["sample", shape_id]`. The length of an entry counts, so `["ab", "c"]` and
+/// `["a", "bc"]` differ.
 #[must_use]
 pub fn keyed_rng(seed: u64, key: &[&str]) -> Rng {
     let mut hash = Sha256::new();
@@ -22,7 +22,7 @@ pub fn keyed_rng(seed: u64, key: &[&str]) -> Rng {
     Rng::from_seed(hash.finalize().into())
 }
 
-/// A number in [0, 1), uniform, with 53 random bits.
+/// A uniform random number in [0, 1) with 53 random bits.
 #[must_use]
 pub fn unit_interval(rng: &mut Rng) -> f64 {
     (rng.next_u64() >> 11) as f64 / (1u64 << 53) as f64

@@ -1,4 +1,4 @@
-//! Divides triangles until no edge is too long: the refined carrier, on which τ_min counts triangles.
+//! Divides triangles until no edge is too long. The result is the refined carrier, on which τ_min counts triangles.
 //!
 //! A mesh goes in, and the same surface in smaller triangles comes out (longest-edge bisection, Rivara 1984).
 
@@ -8,19 +8,19 @@ use std::collections::HashMap;
 /// The longest edge of a refined carrier, as a fraction of the bounding-box diagonal.
 pub const REFINE_FRACTION: f64 = 1.0 / 32.0;
 
-/// A refined mesh and where each of its triangles came from.
+/// A refined mesh, and the original triangle of each of its triangles.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RefinedMesh {
-    /// The finer mesh; its vertices begin with those of the plain one.
+    /// The finer mesh. Its first vertices are those of the plain mesh.
     pub mesh: Mesh,
-    /// The triangle of the plain mesh that each triangle lies in.
+    /// The triangle of the plain mesh in which each triangle lies.
     pub parent: Vec<u32>,
 }
 
 /// Halves every triangle at the midpoint of its longest edge until no edge is longer than `max_edge` millimeters.
 ///
-/// An edge is cut if and only if it is too long, and always at its midpoint, so neighbors stay
-/// conforming and equal coordinates stay equal. Vertex normals are dropped: they are not known at midpoints.
+/// An edge is cut if and only if it is too long, and always at its midpoint, so neighbors stay conforming and equal coordinates
+/// stay equal. Vertex normals are dropped, because they are not known at midpoints.
 #[must_use]
 pub fn refine(mesh: &Mesh, max_edge: f64) -> RefinedMesh {
     let mut fine = Mesh {
@@ -56,10 +56,10 @@ pub fn refine(mesh: &Mesh, max_edge: f64) -> RefinedMesh {
     RefinedMesh { mesh: fine, parent }
 }
 
-/// How many triangles each part has on the refined carrier, without making it. Counting stops at `enough`.
+/// The number of triangles of each part on the refined carrier, computed without making it. Counting stops at `enough`.
 ///
-/// `face_part` gives the part of each face; triangles of other faces are not counted. Cost: at most `enough` triangles per
-/// part, and a look at each plain triangle.
+/// `face_part` is the part of each face. Triangles of other faces are not counted. Cost: at most `enough` triangles per part, and
+/// one test per plain triangle.
 #[must_use]
 pub fn refined_triangle_counts(
     mesh: &Mesh,
@@ -91,7 +91,7 @@ pub fn refined_triangle_counts(
     counts
 }
 
-/// The side (0: first to second corner, and so on) that is longest, if it is longer than `max_edge`.
+/// The longest side (0: first to second corner, and so on) if it is longer than `max_edge`.
 fn longest_side_above([a, b, c]: [Point; 3], max_edge: f64) -> Option<usize> {
     let sides = [distance(a, b), distance(b, c), distance(c, a)];
     let longest = (0..3).fold(0, |best, side| {
@@ -152,7 +152,7 @@ mod tests {
             let n_fine = fine.mesh.triangles.len() as u32;
             prop_assert_eq!(refined_triangle_counts(&plain, &[0], limit, u32::MAX), vec![n_fine]);
             prop_assert_eq!(refined_triangle_counts(&plain, &[1], limit, 5), vec![0, n_fine.min(5)]);
-            // A hanging vertex would open the boundary: a disc has V - E + F = 1.
+            // A hanging vertex would open the boundary. For a disc, V - E + F = 1.
             let welded = weld(&fine.mesh);
             let mut sides: Vec<[u32; 2]> = welded.triangles.iter()
                 .flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]).map(|[a, b]| [a.min(b), a.max(b)]).collect();

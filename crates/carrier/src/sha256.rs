@@ -1,4 +1,4 @@
-//! Writes SHA-256 hashes as text, which is how files and records name a content.
+//! Writes SHA-256 hashes as text. Files and records identify contents by such texts.
 
 use sha2::{Digest, Sha256};
 

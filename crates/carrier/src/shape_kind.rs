@@ -1,16 +1,16 @@
-//! Says what a shape was read from.
+//! Defines the kinds of data from which a shape is read.
 
 use std::fmt;
 
-/// What a shape was read from, and so what its carrier can tell.
+/// The kind of data from which a shape was read. It decides which data its carrier has.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum ShapeKind {
     /// A B-Rep: faces with types, edges with angles, and a mesh of them.
     #[default]
     Brep,
-    /// A mesh alone. A face is a set of triangles that came with the same label.
+    /// A mesh without a B-Rep. A face is a set of triangles with the same given label.
     Mesh,
-    /// A point cloud. A face is a set of points that came with the same label.
+    /// A point cloud. A face is a set of points with the same given label.
     Cloud,
 }
 
@@ -27,7 +27,7 @@ impl ShapeKind {
 }
 
 impl fmt::Display for ShapeKind {
-    /// In words, with an article.
+    /// Writes the kind in words, with an article.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Brep => "a B-Rep",

@@ -10,28 +10,29 @@ use partprobe_shape::{FaceGraph, FaceType, Mesh};
 /// Relative face areas that differ by no more than this are equal.
 const AREA_TOLERANCE: f64 = 1e-3;
 
-/// For shapes with so few faces, the relative areas say little: those of all single faces are equal.
+/// For shapes with this number of faces or fewer, the form is also compared, because the relative areas do not distinguish them.
+/// For example, all shapes with a single face have equal relative areas.
 const FEW_FACES: usize = 4;
 
-/// The outline of a shape: what does not change if it is moved, scaled or renumbered.
+/// The signature of a shape: numbers that do not change if it is moved, scaled or renumbered.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Signature {
-    /// How many faces of each primitive type there are, by type code.
+    /// The number of faces of each primitive type, by type code.
     pub type_histogram: [u32; FaceType::ALL.len()],
-    /// How many shared edges there are.
+    /// The number of shared edges.
     pub n_edges: usize,
-    /// The fraction of the whole area that each face has, largest first.
+    /// Each face's fraction of the whole area, the largest first.
     pub relative_areas: Vec<f64>,
-    /// How the surface and its normals spread, for shapes with few faces and for shapes without a B-Rep.
+    /// The spread of the surface and of its normals, for shapes with few faces and for shapes without a B-Rep.
     pub form: Option<[f64; 8]>,
-    /// What the shape was read from. Without a B-Rep, types and edges say nothing.
+    /// The kind of data from which the shape was read. Without a B-Rep, types and edges carry no information.
     pub kind: ShapeKind,
 }
 
-/// What equal shapes have in common: kind, types and the number of edges.
+/// The values that equal shapes have in common: kind, types and the number of edges.
 pub type Family = (ShapeKind, [u32; FaceType::ALL.len()], usize);
 
-/// The outline of a shape by its faces and its triangles.
+/// The signature of a shape from its faces and its triangles.
 #[must_use]
 pub fn signature(graph: &FaceGraph, mesh: &Mesh) -> Signature {
     let mut type_histogram = [0; FaceType::ALL.len()];
@@ -58,7 +59,7 @@ pub fn signature(graph: &FaceGraph, mesh: &Mesh) -> Signature {
     }
 }
 
-/// The outline of the shape of a carrier.
+/// The signature of the shape of a carrier.
 #[must_use]
 pub fn signature_of_carrier(carrier: &Carrier) -> Signature {
     let (graph, mesh) = (carrier.graph(), carrier.mesh());
@@ -74,7 +75,7 @@ pub fn signature_of_carrier(carrier: &Carrier) -> Signature {
 }
 
 impl Signature {
-    /// What equal shapes have in common.
+    /// The values that equal shapes have in common.
     #[must_use]
     pub fn family(&self) -> Family {
         (self.kind, self.type_histogram, self.n_edges)
@@ -82,13 +83,13 @@ impl Signature {
 
     /// Whether shapes of the same family are related, so that a split must not separate them.
     ///
-    /// They are if they have a B-Rep. Meshes and clouds with equally many labels have nothing in common.
+    /// They are related if they have a B-Rep. Meshes and clouds with the same number of labels are not related.
     #[must_use]
     pub fn relates_family(&self) -> bool {
         self.kind == ShapeKind::Brep
     }
 
-    /// Whether the two shapes count as one.
+    /// Whether the two shapes count as the same shape.
     #[must_use]
     pub fn is_duplicate_of(&self, other: &Self) -> bool {
         let areas = || self.relative_areas.iter().zip(&other.relative_areas);

@@ -10,7 +10,8 @@ use crate::face_type::FaceType;
 pub struct Edge {
     /// Indices of the two faces, the lower first.
     pub faces: [u32; 2],
-    /// Dihedral angle between the oriented normals, in degrees from 0 (smooth) to 180 (folded back); NaN where undefined.
+    /// Dihedral angle between the oriented normals, in degrees from 0 (smooth) to 180 (folded back). It is NaN if it is
+    /// undefined.
     pub phi: f64,
     /// Length of the edge, in millimeters.
     pub length: f64,
@@ -21,7 +22,7 @@ pub struct Edge {
 pub struct SameTypePair {
     /// Indices of the two faces, the lower first.
     pub faces: [u32; 2],
-    /// Dihedral angle in degrees; NaN where undefined.
+    /// Dihedral angle in degrees. It is NaN if it is undefined.
     pub phi: f64,
 }
 
@@ -32,17 +33,17 @@ pub struct SameTypePair {
 pub struct FaceGraph {
     /// The faces, in the order of the file's shells.
     pub faces: Vec<Face>,
-    /// The shared edges, sorted by face pair; several edges of one pair stay apart.
+    /// The shared edges, sorted by face pair. Several edges of one pair are separate entries.
     pub edges: Vec<Edge>,
 }
 
 impl FaceGraph {
-    /// The edges whose two faces have the same primitive type, one entry for each edge.
+    /// The edges whose two faces have the same primitive type, one entry per edge.
     pub fn same_type_pairs(&self) -> impl Iterator<Item = SameTypePair> + '_ {
         self.pairs_of_equal(|face| face.face_type)
     }
 
-    /// The edges whose two faces have the same type after recognition, one entry for each edge.
+    /// The edges whose two faces have the same type after recognition, one entry per edge.
     pub fn same_canonical_type_pairs(&self) -> impl Iterator<Item = SameTypePair> + '_ {
         self.pairs_of_equal(|face| face.canonical_type)
     }
@@ -62,7 +63,7 @@ impl FaceGraph {
 
     /// Total length of the edges between each pair of groups, in millimeters, as `(lower group, higher group, length)`.
     ///
-    /// `group_of_face` has an entry for each face; pairs are sorted, and an edge inside a group is left out.
+    /// `group_of_face` has one entry per face. Pairs are sorted. Edges inside a group are left out.
     #[must_use]
     pub fn boundary_lengths(&self, group_of_face: &[u32]) -> Vec<(u32, u32, f64)> {
         let mut lengths = std::collections::BTreeMap::new();

@@ -3,9 +3,9 @@
 use std::fmt;
 use std::str::FromStr;
 
-/// The class of a face's basis surface; the codes are those of `face_type` in a carrier file.
+/// The class of a face's basis surface. The codes are those of `face_type` in a carrier file.
 ///
-/// A trimmed surface counts as its basis, and a B-spline that happens to be flat stays a B-spline.
+/// A trimmed surface counts as its basis. A B-spline that happens to be flat is still a B-spline.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[repr(u8)]
 pub enum FaceType {
@@ -49,7 +49,7 @@ impl FaceType {
         Self::Other,
     ];
 
-    /// The number that stands for the type in files, 0 to 10.
+    /// The number of the type in files, from 0 to 10.
     #[must_use]
     pub fn code(self) -> u8 {
         self as u8
@@ -61,7 +61,7 @@ impl FaceType {
         Self::ALL.get(usize::from(code)).copied()
     }
 
-    /// The lower-case name that stands for the type in JSON and tables.
+    /// The lower-case name of the type in JSON and tables.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {

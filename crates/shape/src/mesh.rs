@@ -7,8 +7,8 @@ use crate::vector::{Point, bounding_diagonal, triangle_area};
 /// A vertex belongs to one face. Faces that share an edge have bit-equal coordinates there, so that
 /// [`crate::weld()`] joins them. Triangles are counter-clockwise seen from outside a solid.
 ///
-/// A *cloud* is a mesh whose triangles are single points: the three corners of each are the same vertex, and each vertex
-/// has a normal. [`Mesh::cloud`] makes one. What belongs to triangles, for example a label, belongs to points in this way.
+/// A *cloud* is a mesh whose triangles are single points: the three corners of each triangle are the same vertex, and each vertex
+/// has a normal. [`Mesh::cloud`] makes one. In this way, properties of triangles, for example labels, are properties of points.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Mesh {
     /// Vertex positions, in millimeters.
@@ -19,12 +19,12 @@ pub struct Mesh {
     pub triangles: Vec<[u32; 3]>,
     /// The source face of each triangle.
     pub tri_face: Vec<u32>,
-    /// The normal of the true surface at each vertex, unit length and outward; empty if it was not asked for.
+    /// The outward unit normal of the true surface at each vertex. The list is empty if normals were not requested.
     pub vertex_normal: Vec<[f32; 3]>,
 }
 
 impl Mesh {
-    /// A cloud of these points, which all belong to face 0. `normals` has a unit normal for each point.
+    /// A cloud of these points, which all belong to face 0. `normals` has one unit normal per point.
     #[must_use]
     pub fn cloud(points: Vec<Point>, normals: Vec<[f32; 3]>) -> Self {
         let n_points = points.len();

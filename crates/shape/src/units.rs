@@ -1,20 +1,20 @@
-//! Names the units that a STEP file is written in.
+//! Defines the units in which a STEP file is written.
 
-/// The length and angle units that a shape was written in.
+/// The length and angle units in which a shape was written.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Units {
     /// Name of the length unit in the file, for example `mm` or `inch`.
     pub length: String,
-    /// Millimeters in one unit of the file; coordinates have been multiplied by it.
+    /// Millimeters per length unit of the file. Coordinates have already been multiplied by it.
     pub mm_per_unit: f64,
     /// Name of the plane angle unit in the file: `radian` or `degree`.
     pub angle: String,
-    /// Radians in one angle unit of the file.
+    /// Radians per angle unit of the file.
     pub rad_per_unit: f64,
 }
 
 impl Units {
-    /// Millimeters and radians, in which every shape is after reading.
+    /// Millimeters and radians. Every shape has these units after reading.
     #[must_use]
     pub fn millimeters_and_radians() -> Self {
         Self {

@@ -31,7 +31,7 @@ pub fn norm(a: Point) -> f64 {
     dot(a, a).sqrt()
 }
 
-/// The distance of two points. The order of the points does not change a bit of it.
+/// The distance of two points. The order of the points does not change the result, bit by bit.
 #[must_use]
 pub fn distance(a: Point, b: Point) -> f64 {
     norm(subtract(a, b))
@@ -84,7 +84,7 @@ pub fn rotation_of_quaternion([x, y, z, w]: [f64; 4]) -> [Point; 3] {
     ]
 }
 
-/// The diagonal of the axis-parallel bounding box; 0 for fewer than two points.
+/// The diagonal of the axis-parallel bounding box. It is 0 for fewer than two points.
 #[must_use]
 pub fn bounding_diagonal(points: &[Point]) -> f64 {
     bounding_box(points).map_or(0.0, |[low, high]| distance(low, high))

@@ -13,20 +13,21 @@ pub struct WeldedMesh {
     pub triangles: Vec<[u32; 3]>,
 }
 
-/// Whether the mesh of a solid closes, and the volume that it bounds.
+/// Whether the mesh of a solid is closed, and the volume that it encloses.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SolidMesh {
-    /// Signed volume in cubic millimeters; positive where triangles face outward.
+    /// Signed volume in cubic millimeters. It is positive if the triangles face outward.
     pub volume: f64,
-    /// The center of mass for a uniform density; `None` if the mesh is not watertight, because it then encloses nothing.
+    /// The center of mass for a uniform density, or `None` if the mesh is not watertight, because it then encloses nothing.
     pub centroid: Option<Point>,
-    /// The mesh has no border: its triangles walk each edge as often in one direction as in the other.
+    /// Whether the mesh has no border: its triangles walk each edge equally often in both directions.
     pub watertight: bool,
-    /// It is watertight, and exactly two triangles meet at each edge: the solid touches itself along none.
+    /// Whether the mesh is watertight and exactly two triangles meet at each edge. Then the solid does not touch itself along an
+    /// edge.
     pub manifold: bool,
 }
 
-/// Gives vertices with equal coordinates one index.
+/// Gives the same index to vertices with equal coordinates.
 #[must_use]
 pub fn weld(mesh: &Mesh) -> WeldedMesh {
     let mut index_of = HashMap::new();
@@ -35,7 +36,7 @@ pub fn weld(mesh: &Mesh) -> WeldedMesh {
         .vertices
         .iter()
         .map(|&vertex| {
-            // Adding 0 turns -0 into 0: both are the same position.
+            // Adding 0 changes -0 to 0, because both are the same position.
             *index_of
                 .entry(vertex.map(|x| (x + 0.0).to_bits()))
                 .or_insert_with(|| {
@@ -55,7 +56,7 @@ pub fn weld(mesh: &Mesh) -> WeldedMesh {
     }
 }
 
-/// Measures the triangles for which `belongs` says yes to their face.
+/// Measures the triangles whose face satisfies `belongs`.
 #[must_use]
 pub fn solid_mesh(mesh: &Mesh, welded: &WeldedMesh, belongs: impl Fn(u32) -> bool) -> SolidMesh {
     let triangles = welded.triangles.iter().zip(&mesh.tri_face);
@@ -80,7 +81,7 @@ pub fn solid_mesh(mesh: &Mesh, welded: &WeldedMesh, belongs: impl Fn(u32) -> boo
     }
 }
 
-/// The signed volume inside the triangles, and its first moment about `origin`.
+/// The signed volume inside the triangles, and its first moment with respect to `origin`.
 ///
 /// By the divergence theorem, the integral over the volume is a sum over the triangles: each triangle spans a
 /// tetrahedron with the origin, whose centroid is a quarter of the sum of its corners (Mirtich, "Fast and accurate
@@ -99,7 +100,7 @@ fn volume_and_moment(vertices: &[Point], triangles: &[[u32; 3]], origin: Point) 
     (volume, moment)
 }
 
-/// How often the triangles walk each of their sides from the lower vertex to the higher one, and back.
+/// How often the triangles walk each of their sides from the lower vertex to the higher one, and in the opposite direction.
 fn walked_sides(triangles: &[[u32; 3]]) -> Vec<[u32; 2]> {
     let mut walks: HashMap<(u32, u32), [u32; 2]> = HashMap::new();
     for &[a, b, c] in triangles {
@@ -108,12 +109,12 @@ fn walked_sides(triangles: &[[u32; 3]]) -> Vec<[u32; 2]> {
             walks.entry(side).or_default()[usize::from(to < from)] += 1;
         }
     }
-    // The order of the hash map is arbitrary. The caller only asks what holds for all sides.
+    // The order of the hash map is arbitrary. The caller only tests properties of all sides.
     walks.into_values().collect()
 }
 
-/// The sides that one triangle has alone, each with its smaller vertex first, in order. On a mesh that is not welded, these
-/// are the borders of the faces: a vertex belongs to one face, so that no two faces share a side.
+/// The sides that only one triangle has, sorted, each with its smaller vertex first. On a mesh that is not welded, these are the
+/// borders of the faces: a vertex belongs to one face, so no two faces share a side.
 #[must_use]
 pub fn border_sides(triangles: &[[u32; 3]]) -> Vec<[u32; 2]> {
     let sides = triangles
@@ -132,7 +133,7 @@ pub fn border_sides(triangles: &[[u32; 3]]) -> Vec<[u32; 2]> {
 mod tests {
     use super::*;
 
-    /// A tetrahedron of volume 1/6, each face with vertices of its own.
+    /// A tetrahedron of volume 1/6. Each face has its own vertices.
     fn tetrahedron() -> Mesh {
         let corners = [
             [0.0, 0.0, 0.0],

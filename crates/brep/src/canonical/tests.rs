@@ -40,7 +40,7 @@ fn arc(center: [f64; 2], r: f64) -> Vec<[f64; 3]> {
         .collect()
 }
 
-/// Five cubic poles by five, with one lifted out of the plane.
+/// A cubic surface with five by five poles. One pole is lifted out of the plane.
 fn sheet(lift: f64) -> Surface {
     let knots = || vec![0.0, 0.0, 0.0, 0.0, 0.5, 1.0, 1.0, 1.0, 1.0];
     let poles = (0..25)

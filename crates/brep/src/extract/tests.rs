@@ -1,4 +1,4 @@
-//! Tests what is cut out of small files: which instances, under which numbers, and that they read as before.
+//! Tests extracts of small files: their instances, their numbers, and that they are read as before.
 
 use super::*;
 use crate::fixtures::{
@@ -36,7 +36,7 @@ fn ids_of(text: &[u8], class: &str) -> Vec<u64> {
         .collect()
 }
 
-/// The extract has these faces of the file, as they are there.
+/// Checks that the extract has these faces of the file, unchanged.
 #[track_caller]
 fn check(text: &[u8], ids: &[u64], expected: &[u64]) {
     let whole = faces(text);

@@ -1,4 +1,4 @@
-//! Tests laws of curves and surfaces: projection undoes evaluation, derivatives are what differences say.
+//! Tests laws of curves and surfaces: projection undoes evaluation, and derivatives agree with differences.
 
 use super::*;
 use crate::model::{BrepEdge, Vertex};
@@ -416,7 +416,7 @@ fn axes_that_say_nothing_are_chosen() {
     }
 }
 
-/// A circle around a point of the axis covers its sphere twice; every point must be found on the same of the two sheets.
+/// A circle around a point of the axis covers its sphere twice. Every point must be found on the same one of the two sheets.
 #[test]
 fn a_revolved_circle_is_a_sphere_with_one_normal() {
     let axis = Frame::new([1.0, 2.0, 3.0], Some([0.3, -0.5, 0.8]), None);

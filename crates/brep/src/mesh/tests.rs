@@ -1,4 +1,4 @@
-//! Meshes of small hand-made shapes: closed-form areas and volumes, closed solids, laws under rigid motion.
+//! Tests meshes of small hand-made shapes: closed-form areas and volumes, closed solids, laws under rigid motion.
 
 use super::*;
 use crate::geometry::{BsplineSurface, Curve, Frame, Surface, Transform};
@@ -95,7 +95,7 @@ impl Brep {
         self
     }
 
-    /// Adds a face; each loop holds edge numbers from 1, negative where the edge is walked backwards.
+    /// Adds a face. Each loop holds edge numbers from 1. A number is negative if the edge is walked backwards.
     fn face(mut self, surface: Surface, same_sense: bool, loops: &[&[i32]]) -> Self {
         let walk = |edges: &&[i32]| {
             Loop::Edges(
@@ -194,7 +194,7 @@ fn check_solid(brep: &Brep, areas: &[f64], volume: f64) {
     );
 }
 
-/// Vertex normals have unit length and lie on their triangles' side.
+/// Checks that vertex normals have unit length and point to the outside of their triangles.
 #[track_caller]
 fn check_normals(mesh: &Mesh) {
     assert_eq!(mesh.vertex_normal.len(), mesh.vertices.len());
@@ -212,7 +212,7 @@ fn check_normals(mesh: &Mesh) {
     }
 }
 
-/// Vertices of one face see the surface as it is from outside.
+/// Checks that the vertices of one face have the curvature of the surface seen from outside.
 #[track_caller]
 fn check_curvature(brep: &Brep, face: u32, expected: [f32; 2]) {
     let BrepMesh {
@@ -238,7 +238,7 @@ fn vertices_know_how_their_surfaces_bend() {
     check_curvature(&cylinder(2.0, 3.0, true), 1, [0.0, 0.0]);
     check_curvature(&cylinder(2.0, 3.0, true), 2, [0.5, 0.0]);
     let mut hole = cylinder(2.0, 3.0, false);
-    // Without its ends: a closed shell would be reversed.
+    // The ends are removed, because a closed shell would be reversed.
     hole.faces.drain(..2);
     hole.faces[0].flipped = true;
     check_curvature(&hole, 0, [0.0, -0.5]);
@@ -304,7 +304,7 @@ fn box_of([a, b, c]: [f64; 3]) -> Brep {
         .face(side([0.0; 3], [-1.0, 0.0, 0.0]), true, &[&[4, 9, -8, -12]])
 }
 
-/// A full cylinder; its side has a seam, or two boundaries that wind.
+/// A full cylinder. Its side has a seam, or two boundaries that wind.
 fn cylinder(radius: f64, height: f64, has_seam: bool) -> Brep {
     let brep = shape(&[[radius, 0.0, 0.0], [radius, 0.0, height]])
         .circle(0, radius, 0.0)
@@ -339,7 +339,8 @@ fn cylinders_close_with_and_without_seam_at_any_size() {
     }
 }
 
-/// A pin much longer than it is thick: the chord tolerance of its length says nothing, the angle alone would lose 1.5 %.
+/// A pin that is much longer than thick. The chord tolerance from its length has no effect, and the angle tolerance alone would
+/// lose 1.5 %.
 #[test]
 fn what_is_round_keeps_its_volume_and_what_is_not_stays_coarse() {
     for (height, sides) in [(0.1, 21), (3.0, 30), (200.0, 30)] {
@@ -364,13 +365,13 @@ fn what_is_round_keeps_its_volume_and_what_is_not_stays_coarse() {
             .len(),
         2 * 21 + 2 * 19
     );
-    // Alone it is no solid: nothing is lost.
+    // A surface without ends is not a solid, so it has no volume to keep.
     let mut open = cylinder(1.0, 200.0, true);
     open.faces.remove(0);
     assert_eq!(mesh_of(&open).mesh.triangles.len(), 2 * 21 + 19);
 }
 
-/// What lies between triangles and surfaces is what the mesh lacks.
+/// The volume between triangles and surfaces is the volume that the mesh lacks.
 #[test]
 fn meshes_and_what_they_cut_off_make_the_true_volume() {
     let (major, minor) = (3.0, 1.0);
@@ -422,7 +423,8 @@ fn meshes_and_what_they_cut_off_make_the_true_volume() {
     }
 }
 
-/// A fillet around a shaft: its two circles and the columns between them, divided by their own radii, would be 35 and 36.
+/// A fillet around a shaft. If circles and columns were divided according to their own radii, the two circles would have 35 steps
+/// and the columns between them 36.
 #[test]
 fn a_thin_ring_has_as_many_columns_inside_as_on_its_circles() {
     let (major, minor) = (7.13, 0.069);
@@ -453,7 +455,7 @@ fn a_thin_ring_has_as_many_columns_inside_as_on_its_circles() {
         "{area} of {}",
         mesh.areas[0]
     );
-    // With 36 columns it is rough until it has 8 458.
+    // With 36 columns, the mesh is rough until it has 8 458 triangles.
     assert!(
         mesh.mesh.triangles.len() < 2500,
         "{}",
@@ -489,7 +491,7 @@ fn a_cone_closes_at_its_apex() {
     );
 }
 
-/// A plane beside its axis cuts a cone in a hyperbola, which comes near the apex.
+/// A plane parallel to its axis cuts a cone in a hyperbola that comes near the apex.
 #[test]
 fn a_cone_that_a_plane_cuts_keeps_its_volume() {
     let (radius, height, cut) = (2.0_f64, 3.0, 0.5);
@@ -601,7 +603,7 @@ fn tori_close_whole_and_in_both_bands() {
         &[whole],
         2.0 * PI * PI * major * minor * minor,
     );
-    // The outer equator and the upper ring bound a quarter of the tube, or the three others.
+    // The outer equator and the upper ring bound a quarter of the tube, or the other three quarters.
     let quarter = TAU * minor * (major * FRAC_PI_2 + minor);
     let rings = || {
         shape(&[[major + minor, 0.0, 0.0], [major, 0.0, minor]])
@@ -740,7 +742,7 @@ fn an_edge_that_its_file_exchanged_is_mended() {
     assert!(solid_of(&mesh_of(&repaired)).watertight);
 }
 
-/// Every face in turn is written against its neighbors: with the other normal, or with the other boundary too.
+/// Each face in turn contradicts its neighbors: its normal is reversed, or its normal and its boundary are.
 #[test]
 fn faces_that_contradict_their_neighbors_are_reversed() {
     for face in 0..6 {
@@ -767,7 +769,7 @@ fn faces_that_contradict_their_neighbors_are_reversed() {
     }
 }
 
-/// A box with a void, whose shell is written both ways, and a box that is written inside out.
+/// A box with a void, whose shell is written in both orientations, and a box that is written inside out.
 #[test]
 fn shells_lie_the_right_side_out_whatever_their_flags_say() {
     let (outer, inner) = (box_of([3.0, 3.0, 3.0]), box_of([1.0, 1.0, 1.0]));
@@ -815,7 +817,7 @@ fn shells_lie_the_right_side_out_whatever_their_flags_say() {
 
 #[test]
 fn a_revolution_ends_where_its_vertices_say() {
-    // The meridian is a whole circle; between its two points on the axis it makes a sphere.
+    // The meridian is a whole circle. The half between its two points on the axis makes a sphere.
     let frame = Frame {
         origin: [0.0; 3],
         x: UP.x,
@@ -857,7 +859,7 @@ fn a_cone_has_a_nappe_behind_its_apex() {
     );
 }
 
-/// A plate whose outline runs to and fro along one line, over which it touches itself.
+/// A plate whose outline runs along a line and back, so that it touches itself there.
 #[test]
 fn a_boundary_that_touches_itself_still_closes() {
     let base = [
@@ -988,7 +990,7 @@ fn what_has_no_triangles_is_named() {
     check_lost(&shape(&[]).face(plane_at(0.0), true, &[&[7]]), 100, "edge");
 }
 
-/// A face that may have no more triangles says so if they follow its surface badly.
+/// A face that may not have more triangles is named if the triangles follow its surface badly.
 #[test]
 fn a_face_at_the_cap_of_triangles_is_named() {
     #[track_caller]
@@ -1021,7 +1023,7 @@ mod off_surface;
 mod sweeps;
 mod touching;
 
-/// A flat B-spline over the square of side 10, whose poles and knots lie anywhere.
+/// A flat B-spline over the square of side 10 with arbitrary poles and knots.
 fn flat_spline(degree: [usize; 2], poles: [&[f64]; 2], knots: [&[f64]; 2]) -> Surface {
     let clamped = |axis: usize| -> Vec<f64> {
         let ends = |end: f64| std::iter::repeat_n(end, degree[axis] + 1);
@@ -1078,7 +1080,7 @@ fn check_flat(degree: [usize; 2], poles: [&[f64]; 2], knots: [&[f64]; 2]) {
     }
 }
 
-/// Straight lines and circles are bent in the parameter plane of these, by as much as the face is wide.
+/// In the parameter plane of these surfaces, straight lines and circles are bent by as much as the face is wide.
 #[test]
 fn areas_do_not_depend_on_how_a_surface_is_parametrised() {
     let even: &[f64] = &[0.0, 10.0];
@@ -1089,7 +1091,7 @@ fn areas_do_not_depend_on_how_a_surface_is_parametrised() {
         [&[0.0, 9.0, 10.0], &[0.0, 1.0, 9.5, 10.0]],
         [&[0.5], &[0.3, 0.4]],
     );
-    // Between equal poles a surface of degree 1 has no extent, and a search that comes there stands still.
+    // Between equal poles, a surface of degree 1 has no extent, and a search stops there.
     check_flat([1, 1], [&[0.0, 0.5, 0.5, 10.0], even], [&[0.05, 0.25], &[]]);
     check_flat(
         [1, 1],

@@ -524,7 +524,7 @@ fn layers_come_from_the_face_its_shell_or_its_solid() {
     );
 }
 
-/// A unit cube whose representation stands in an assembly, moved by (10, 0, 0) and rotated by 90° about z.
+/// A unit cube whose representation is placed in an assembly: moved by (10, 0, 0) and rotated by 90° around z.
 fn placed_cube(order: [usize; 2]) -> StepText {
     let mut text = StepText::in_millimeters();
     let faces = text.polyhedron(&box_corners([1.0; 3]), &CUBE_POLYGONS);
@@ -580,7 +580,7 @@ fn components_stand_where_their_assembly_puts_them() {
 
 #[test]
 fn a_solid_that_is_listed_twice_stands_where_its_assembly_puts_it() {
-    // All numbers grow, so that the list that is added has the lowest one.
+    // All numbers are increased, so the added list has the lowest number.
     let text = String::from_utf8(placed_cube([0, 1]).bytes())
         .unwrap()
         .replace('#', "#1000");

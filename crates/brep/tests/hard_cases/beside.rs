@@ -1,5 +1,5 @@
-//! Tests what is next to solids of faces: bounds that a surface has of its own, supplemental geometry, bare faces, points
-//! that lie on other geometry, replicas, primitives, and styles of everything that is not a solid.
+//! Tests other contents than solids of faces: bounds that a surface has by itself, supplemental geometry, bare faces, points that
+//! lie on other geometry, replicas, primitives, and styles of items that are not solids.
 
 use super::*;
 use FaceType::{Bspline, Cone, Cylinder, Plane, Revolution, Sphere, Torus};
@@ -39,13 +39,13 @@ fn square(text: &mut StepText) -> usize {
     ))
 }
 
-/// An elementary surface about the z axis.
+/// An elementary surface around the z axis.
 fn elementary(text: &mut StepText, class: &str, sizes: &str) -> usize {
     let axes = text.axes([0.0; 3], UP, X);
     text.add(format!("{class}('',#{axes}{sizes})"))
 }
 
-/// A curve revolved about the z axis.
+/// A curve revolved around the z axis.
 fn revolved_curve(text: &mut StepText, curve: usize, ends: [f64; 2]) -> usize {
     let ends = ends
         .map(|end| format!("(PARAMETER_VALUE({end:?}))"))
@@ -298,7 +298,7 @@ fn a_solid_that_no_representation_lists() {
             .collect::<Vec<_>>(),
         [solid]
     );
-    // Where the file lists nothing at all, what it holds counts.
+    // If the file lists nothing, all its bodies count.
     let alone = String::from_utf8(cuboid([10.0; 3]).bytes()).unwrap();
     let alone = alone.replace("ADVANCED_BREP_SHAPE_REPRESENTATION", "APPROVAL");
     check(
@@ -363,7 +363,7 @@ fn faces_and_shells_without_a_body() {
             "{name}"
         );
     }
-    // A representation that lists faces of a solid once more adds none.
+    // A representation that lists faces of a solid again adds none.
     let again = |before: bool| {
         let mut text = StepText::in_millimeters();
         let faces = text.polyhedron(&box_corners([10.0; 3]), &CUBE_POLYGONS);
@@ -400,8 +400,8 @@ fn faces_and_shells_without_a_body() {
     }
 }
 
-/// A cube of 10 whose corners are written another way: `point` gives an entity for a corner, and may add others, which are
-/// numbered from 9000 on.
+/// A cube with the side 10 whose corners are written in another way. `point` returns an entity for a corner. It may add other
+/// entities, which are numbered from 9000.
 fn cube_of_points(point: impl Fn(Point, &mut Vec<String>) -> String) -> String {
     let text = String::from_utf8(cuboid([10.0; 3]).bytes()).unwrap();
     let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
@@ -556,7 +556,7 @@ fn replicas_of_curves_and_surfaces() {
             extra += &format!("#{id}={halved}\n");
             *line = format!("{number}=SURFACE_REPLICA('',#{id},#9001);");
         } else if entity.starts_with("CIRCLE") && !entity.contains("9001") {
-            // The upper circle stands at a height of 3, which the operator doubles: only the lower one is replaced.
+            // The upper circle is at a height of 3, which the operator would double, so only the lower one is replaced.
             if extra.contains("CIRCLE") {
                 continue;
             }
@@ -606,7 +606,7 @@ fn a_transformation_operator_as_a_complex_instance() {
     assert!(vertices.iter().all(|[x, ..]| (3.0..=5.0).contains(x)));
 }
 
-/// A `CSG_SOLID` of one entity, which is written with an axis placement at `@` and a point at `%`.
+/// A `CSG_SOLID` of one entity. In its text, `@` is replaced by an axis placement and `%` by a point.
 fn csg(entity: &str) -> Vec<u8> {
     let mut text = StepText::in_millimeters();
     let position = if entity.contains("BLOCK") || entity.contains("WEDGE") {
@@ -683,7 +683,7 @@ fn primitives_become_bodies() {
         24.0 * PI,
         12.0 * PI,
     );
-    // The base lies behind the apex, against the axis.
+    // The base is on the other side of the apex, against the axis.
     assert!(
         shape_of("cone", &text)
             .mesh
@@ -750,7 +750,7 @@ fn style(text: &mut StepText, rgb: &str, transparency: Option<f64>) -> usize {
     text.add(format!("PRESENTATION_STYLE_ASSIGNMENT((#{usage}))"))
 }
 
-/// The colors of a surface model's faces, as `add` styles them; it is given the first face, the shell, the model and the
+/// The colors of a surface model's faces after `add` has styled them. `add` gets the first face, the shell, the model and the
 /// representation.
 fn colors_of(add: impl Fn(&mut StepText, [usize; 4])) -> Vec<Option<u32>> {
     let mut text = StepText::in_millimeters();
@@ -792,7 +792,7 @@ fn styles_of_what_is_no_solid() {
         ));
     };
     assert_eq!(colors_of(complex), [Some(0x00ff_00ff); 6]);
-    // Each overrides the one before, and the last of the chain holds, whatever the order in the file.
+    // Each style overrides the previous one. The last style of the chain applies for any order in the file.
     let chain = |text: &mut StepText, [face, ..]: [usize; 4]| {
         let [red, green, blue] =
             ["1.,0.,0.", "0.,1.,0.", "0.,0.,1."].map(|rgb| style(text, rgb, None));

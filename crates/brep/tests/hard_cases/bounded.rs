@@ -1,4 +1,4 @@
-//! Tests boundaries: slivers and lenses, loops that touch, edges of many faces or beside their surface, splines.
+//! Tests boundaries: slivers and lenses, loops that touch, edges of many faces or off their surface, splines.
 
 use super::*;
 use FaceType::{Bspline, Plane};
@@ -108,8 +108,8 @@ fn inner_loops_that_touch() {
 
 #[test]
 fn thin_faces_are_meshed_until_their_triangles_have_their_area() {
-    // Strips between a line and a flat arc that comes near it, far from each other, so that the tolerance is no
-    // tighter than an angle: a single chord would give each a seventh more.
+    // Two strips between a line and a flat arc near it. The strips are far apart, so the chord tolerance is not stricter than the
+    // angle tolerance. With a single chord, each strip would be larger by a seventh.
     let (half, sag, gap) = (0.15_f64.sin(), 1.0 - 0.15_f64.cos(), 0.051);
     let mut text = StepText::in_millimeters();
     let strips = [0.0, 20.0].map(|x| {
@@ -163,7 +163,7 @@ fn thin_faces_are_meshed_until_their_triangles_have_their_area() {
     );
 }
 
-/// The corners of two unit cubes, the second moved, and their polygons over one list of corners.
+/// The corners of two unit cubes, of which the second is moved, and their polygons over one list of corners.
 fn two_cubes(motion: Point) -> (Vec<Point>, Vec<Vec<usize>>) {
     let mut corners = box_corners([1.0; 3]).to_vec();
     let second = box_corners([1.0; 3])
@@ -227,7 +227,7 @@ fn edges_that_more_than_two_faces_share() {
     );
 }
 
-/// A cylinder whose wall is a closed rational B-spline, its partial entities in an order.
+/// A cylinder whose wall is a closed rational B-spline. `order` changes the order of its partial entities.
 pub(crate) fn spline_cylinder(order: impl Fn(&mut Vec<String>)) -> String {
     let mut text = cylinder(2.0, 3.0);
     let around = [

@@ -1,4 +1,4 @@
-//! Tests curves and surfaces of every class as edges and faces, and edges that have no curve of space.
+//! Tests curves and surfaces of every class as edges and faces, and edges that have no curve in space.
 
 use super::files::mirrored;
 use super::*;
@@ -10,8 +10,8 @@ const DOWN: Point = [0.0, 0.0, -1.0];
 const Y: Point = [0.0, 1.0, 0.0];
 const HEIGHT: f64 = 2.0;
 
-/// A prism over the region between a curve from its first to its last point and their chord: bottom, top, the wall that
-/// the curve is extruded to, the wall of the chord. `curve` writes the curve at a height.
+/// A prism over the region between a curve from its first to its last point and their chord: bottom, top, the wall of the
+/// extruded curve, and the wall of the chord. `curve` writes the curve at a height.
 fn prism(
     curve: impl Fn(&mut StepText, f64) -> usize,
     runs_along: bool,
@@ -76,7 +76,7 @@ fn prism(
     text.bytes()
 }
 
-/// Checks a prism against the curve's formula, which gives the point at a fraction of the curve.
+/// Checks a prism against the curve's formula, which returns the point at a fraction of the curve.
 #[track_caller]
 fn check_prism(
     name: &str,
@@ -116,7 +116,7 @@ fn check_prism(
     );
 }
 
-/// A conic whose first axis is y and whose second is x, or −x where it turns the other way.
+/// A conic whose first axis is y and whose second axis is x, or −x for the opposite direction.
 fn conic(text: &mut StepText, entity: &str, [x, y, z]: Point, axis: Point) -> usize {
     let axes = text.axes([x, y, z], axis, Y);
     text.add(entity.replace('@', &format!("#{axes}")))
@@ -226,7 +226,7 @@ fn curves_made_of_curves_bound_and_sweep() {
             t => [t - 1.0, t - 2.0],
         },
     );
-    // Seen along the reference direction an offset lies on the left of its basis.
+    // Seen along the reference direction, an offset lies on the left of its basis.
     check_prism(
         "offset",
         |text, z| {
@@ -239,7 +239,7 @@ fn curves_made_of_curves_bound_and_sweep() {
     );
 }
 
-/// A cylinder of radius 2 and height 3 whose wall is another entity; `@` stands for the wall's surface as it was.
+/// A cylinder of radius 2 and height 3 whose wall is another entity. `@` is replaced by the original surface of the wall.
 fn cylinder_with_wall(entities: &str) -> String {
     let text = String::from_utf8(cylinder(2.0, 3.0).bytes()).unwrap();
     let start = text.find("CYLINDRICAL_SURFACE").unwrap();
@@ -253,7 +253,7 @@ fn cylinder_with_wall(entities: &str) -> String {
     format!("{}{own}{entities}{}", &text[..id], &text[end..])
 }
 
-/// Half of the cylinder's wall as a rational B-spline, from an angle of so many half turns, with two rows of poles.
+/// Half of the cylinder's wall as a rational B-spline with two rows of poles. `half` chooses the half.
 fn half_wall(first: usize, half: i32) -> String {
     let around = [[1, 0], [1, 1], [0, 1], [-1, 1], [-1, 0]].map(|[x, y]| [half * x, half * y]);
     let mut points = String::new();
@@ -391,7 +391,7 @@ fn surfaces_of_patches() {
 
 #[test]
 fn a_face_on_one_patch_of_several() {
-    // The roof's lower half is the top of a cube; the other half leans.
+    // The lower half of the roof is the top of a cube. The other half is inclined.
     let mut text = cuboid([10.0; 3]);
     let plane = |text: &mut StepText, at: Point, normal: Point| {
         let axes = text.axes(at, normal, Y);
@@ -403,7 +403,7 @@ fn a_face_on_one_patch_of_several() {
             "SURFACE_PATCH(#{patch},.CONTINUOUS.,.CONTINUOUS.,.T.,.T.)"
         ))
     };
-    // Along y run the first parameters, and the second run towards −x: the leaning half comes last.
+    // The first parameter runs along y, and the second one toward −x, so the inclined half comes last.
     let level = plane(&mut text, [-5.0, 0.0, 10.0], UP);
     let leaning = plane(&mut text, [-5.0, 0.0, 10.0], [-1.0, 0.0, 1.0]);
     let composite = text.add(format!(
@@ -424,8 +424,8 @@ fn a_face_on_one_patch_of_several() {
     );
 }
 
-/// A cylinder of radius 2 and height 3 whose wall and rims are cut in two, its edges' curves as `write` has them from
-/// their ends in the wall's parameters (in units of its radius, so that both are lengths of the file).
+/// A cylinder of radius 2 and height 3 whose wall and rims are cut in two. `write` writes the curve of an edge from its ends in
+/// the parameters of the wall. (The angle is multiplied by the radius, so both parameters are lengths.)
 fn halved_cylinder(write: impl Fn(&mut StepText, usize, [[f64; 2]; 2]) -> String) -> Vec<u8> {
     let mut text = StepText::in_millimeters();
     let axes = text.axes([0.0; 3], UP, X);
@@ -574,7 +574,7 @@ fn parameter_curves_that_go_round() {
         80.0 * PI,
     );
 
-    // Both rims of a wall are whole turns.
+    // Both rims of a wall are whole circles.
     let mut text = StepText::in_millimeters();
     let axes = text.axes([0.0; 3], UP, X);
     let wall = text.add(format!("CYLINDRICAL_SURFACE('',#{axes},2.)"));

@@ -1,4 +1,4 @@
-//! Tests what editions, exporters and encodings make of one and the same box.
+//! Tests the same box as different editions, exporters and encodings write it.
 
 use super::fixtures::{StepText, cuboid, cylinder};
 use super::{ReadBudget, check, read};
@@ -22,7 +22,7 @@ fn brep_of(text: &str) -> Brep {
     read(text.as_bytes(), &ReadBudget::default()).unwrap()
 }
 
-/// The number of faces, and what is lost with its number and the start of its reason.
+/// Checks the number of faces, and for each lost entity its number and the start of its reason.
 #[track_caller]
 fn check_losses(text: &str, n_faces: usize, expected: &[(LostKind, u64, &str)]) {
     let brep = brep_of(text);
@@ -345,7 +345,7 @@ fn tokens_as_other_exporters_write_them() {
             "#99999999999999999999999: its number has more than 64 bits",
         )],
     );
-    // A face that is named so is lost, and the others of its shell are not.
+    // A face with such a number is lost, but the other faces of its shell are not.
     let large = text.replace(
         "CLOSED_SHELL('',(",
         "CLOSED_SHELL('',(#99999999999999999999999,",
@@ -385,7 +385,7 @@ fn names_in_every_encoding() {
     check_name(b"\xc6\xbd\xc3\xe6", "平面");
     check_name(b"\xb3\xdd\xc2\xd6", "齿轮");
     check_name(b"\x95\x94\x95\x69", "部品");
-    // The second half of two of these three characters is a backslash, of the last one right before the quote.
+    // The second half of two of these three characters is a backslash. In the last one, it is right before the quote.
     check_name(b"\x95\x5c\x8e\xa6\x83\x5c", "表示ソ");
     check_name(br"\PE\\S\:\S\^", "Ко");
     check_name(br"\X2\96F64EF6\X0\ \X\D8", "零件 Ø");

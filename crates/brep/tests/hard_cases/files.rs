@@ -1,4 +1,4 @@
-//! Tests what the rest of a file says: units, contexts, schemas, placements, and how exporters write it.
+//! Tests the rest of a file: units, contexts, schemas, placements, and how exporters write them.
 
 use super::bounded::spline_cylinder;
 use super::revolved::horn_bend;
@@ -112,7 +112,7 @@ fn texts_as_exporters_write_them() {
     );
 }
 
-/// The file with its representation mapped into another by axes of which the first points backwards.
+/// The file with its representation mapped into another one by a reflection: the first axis points backwards.
 pub(crate) fn mirrored(text: &str) -> String {
     let (before, _) = text
         .split_once("=ADVANCED_BREP_SHAPE_REPRESENTATION")
@@ -225,7 +225,7 @@ fn boards_of_many_bodies() {
     );
 }
 
-/// A product whose shape is `representation`, as one application protocol writes it; gives its definition.
+/// Adds a product whose shape is `representation`, as one application protocol writes it. Returns its definition.
 fn add_product(text: &mut StepText, protocol: &str, name: &str, representation: usize) -> usize {
     let is_203 = protocol == "AP203";
     let about = match protocol {
@@ -256,7 +256,7 @@ fn add_product(text: &mut StepText, protocol: &str, name: &str, representation: 
         "PRODUCT_DEFINITION('design','',#{formation},#{context})"
     ));
     let shape = text.add(format!("PRODUCT_DEFINITION_SHAPE('','',#{definition})"));
-    // AP203's exporters hang the solid's representation on one that holds axes alone.
+    // Exporters of AP203 attach the solid's representation to one that contains only axes.
     let shown = if is_203 {
         let axes = text.axes([0.0; 3], UP, X);
         let shown = text.add(format!("SHAPE_REPRESENTATION('',(#{axes}),#1)"));
@@ -316,7 +316,7 @@ fn application_protocols() {
     }
 }
 
-/// A box in a representation of its own, in one color; gives the representation.
+/// Adds a box in a separate representation, in one color. Returns the representation.
 fn colored_box(text: &mut StepText, sides: Point, [r, g, b]: Point) -> usize {
     let faces = text.polyhedron(&box_corners(sides), &CUBE_POLYGONS);
     let [_, solid] = text.solid(&faces);

@@ -1,4 +1,4 @@
-//! Tests every hard case of STEP files by name: what is read of it, in closed form.
+//! Tests every hard case of STEP files by name. The expected values are in closed form.
 
 #![allow(
     clippy::unwrap_used,
@@ -38,7 +38,7 @@ fn shape_of(name: &str, text: &[u8]) -> Tessellation {
     )
 }
 
-/// Types, edges and parts as the file has them, the total area within 1 %, and no face lost.
+/// Checks types, edges and parts, the total area within 1 %, and that no face is lost.
 #[track_caller]
 fn check_faces(
     name: &str,
@@ -74,7 +74,7 @@ fn check_faces(
     shape
 }
 
-/// As `check_faces`; the mesh closes besides, and the surfaces enclose this volume within 1 %.
+/// Checks the same as `check_faces`, and that the mesh is closed and the surfaces enclose this volume within 1 %.
 #[track_caller]
 fn check(
     name: &str,
@@ -97,7 +97,7 @@ fn check(
     );
 }
 
-/// An open shell: as `check_faces`, and the mesh has a border.
+/// Checks the same as `check_faces` for an open shell, and that the mesh has a border.
 #[track_caller]
 fn check_open(
     name: &str,

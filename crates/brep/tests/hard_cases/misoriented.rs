@@ -1,6 +1,5 @@
-//! Tests faces whose flags say the wrong side: patches of surfaces that close in one direction only, holes whose bounds
-//! run like outer ones, shells in any order. What they bound is told by what the surface, the triangles and the nesting
-//! allow.
+//! Tests faces whose flags give the wrong side: patches of surfaces that close in one direction only, holes whose bounds run like
+//! outer ones, shells in any order. The surface, the triangles and the nesting decide what they bound.
 
 use super::*;
 use fixtures::{CUBE_POLYGONS, box_corners};
@@ -8,7 +7,7 @@ use partprobe_synth::{SynthSettings, part};
 use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};
 
-/// A meridian: a Bézier curve of distances from the axis and heights.
+/// A meridian: a Bézier curve whose points are distances from the axis and heights.
 type Meridian = [[f64; 2]];
 
 const OPEN: &Meridian = &[[5.0, 0.0], [7.0, 0.0], [9.0, 3.0], [10.0, 8.0]];
@@ -20,16 +19,16 @@ const ANNULUS: &Meridian = &[[3.0, 2.0], [6.0, 2.0]];
 const CONE: &Meridian = &[[5.0, 0.0], [0.0, 6.0]];
 const DISC: &Meridian = &[[0.0, 2.0], [4.0, 2.0]];
 
-/// How a file writes the surface that a meridian turns into.
+/// How a file writes the surface of a revolved meridian.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Written {
-    /// Revolved about the axis, or about the same axis downward.
+    /// Revolved around the axis, or around the same axis pointing downward.
     Revolution { is_downward: bool },
-    /// A rational spline whose u, or whose v, goes round.
+    /// A rational spline that is closed in u or in v.
     Spline { is_transposed: bool },
-    /// A cylinder, for a meridian that stands upright.
+    /// A cylinder, for a meridian parallel to the axis.
     Cylinder,
-    /// The same as an extruded circle.
+    /// The same cylinder as an extruded circle.
     Extrusion,
 }
 
@@ -115,7 +114,7 @@ impl RevolvedFace<'_> {
         ))
     }
 
-    /// An edge along the meridian. Both ends are one vertex if it comes back to the same point.
+    /// An edge along the meridian. Both ends are one vertex if they are at the same point.
     fn upward(&mut self, angle: f64, [from, to]: [f64; 2]) -> usize {
         let curve = self.meridian_curve(angle);
         let ends = [self.vertex(from, angle), self.vertex(to, angle)];
@@ -125,14 +124,14 @@ impl RevolvedFace<'_> {
         ))
     }
 
-    /// An edge along a circle; `None` if the meridian meets the axis there.
+    /// An edge along a circle. Returns `None` if the meridian meets the axis there.
     fn around(&mut self, t: f64, [from, to]: [f64; 2]) -> Option<usize> {
         let [reach, height] = place(self.meridian, t);
         let ends = [self.vertex(t, from), self.vertex(t, to)];
         (reach > 0.0).then(|| circle_edge(&mut self.text, ends, [UP, X], [0.0, 0.0, height], reach))
     }
 
-    /// The bound of a rectangle of turn and meridian, counter-clockwise.
+    /// The bound of a rectangle of angle and meridian parameter, counter-clockwise.
     fn rectangle(&mut self, turn: [f64; 2], along: [f64; 2], is_right: bool) -> usize {
         let [low, high] = along.map(|t| self.around(t, turn));
         let [first, last] = turn.map(|angle| self.upward(angle, along));
@@ -158,7 +157,7 @@ impl RevolvedFace<'_> {
             .add(format!("FACE_BOUND('',#{edge_loop},{})", flag(is_right)))
     }
 
-    /// The surface, and whether its normal is that of the turn and the meridian.
+    /// The surface, and whether its normal is the cross product of the circle's direction and the meridian's direction.
     fn surface(&mut self, written: Written) -> (usize, bool) {
         match written {
             Written::Revolution { is_downward } => {
@@ -201,7 +200,7 @@ impl RevolvedFace<'_> {
         }
     }
 
-    /// The turn in four rational arcs.
+    /// The surface as a spline, whose circles are four rational arcs.
     fn spline(&mut self, is_transposed: bool) -> usize {
         let n = self.meridian.len();
         let half = (PI / 4.0).cos();
@@ -261,7 +260,7 @@ impl RevolvedFace<'_> {
     }
 }
 
-/// A patch of some turn with a hole in it.
+/// A patch over an angle of `turn`, with a hole in it. Also returns its area.
 fn patch(meridian: &Meridian, written: Written, turn: f64, wrong: Wrong) -> (Vec<u8>, f64) {
     let mut face = RevolvedFace {
         text: StepText::in_millimeters(),
@@ -290,7 +289,7 @@ fn patch(meridian: &Meridian, written: Written, turn: f64, wrong: Wrong) -> (Vec
     )
 }
 
-/// The area of the surface and that of the mesh are those of the patch.
+/// Checks the area of the surface and that of the mesh.
 #[track_caller]
 fn check_area(name: &str, text: &[u8], expected: f64) {
     let shape = shape_of(name, text);
@@ -384,7 +383,7 @@ fn a_whole_turn_lies_between_its_rims_whatever_their_bounds_say() {
     }
 }
 
-/// The numbers that an instance of the file refers to.
+/// The numbers to which an instance of the file refers.
 fn named(line: &str) -> Vec<usize> {
     let pieces = line
         .split('#')
@@ -393,8 +392,8 @@ fn named(line: &str) -> Vec<usize> {
     pieces.map(|digits| digits.parse().unwrap()).collect()
 }
 
-/// The same text with some bounds of each face the other way round: of planes those that `is_reversed` picks by their index, of
-/// cylinders with several the second.
+/// The same text with some bounds of each face reversed: on planes those whose index `is_reversed` selects, and on cylinders with
+/// several bounds the second one.
 fn with_reversed_bounds(step: &str, is_reversed: impl Fn(usize) -> bool) -> String {
     let line_of: BTreeMap<usize, &str> = step
         .lines()
@@ -487,7 +486,7 @@ fn bounds_that_run_the_wrong_way_change_nothing() {
     assert!(n_reversed > 10, "only {n_reversed} parts have holes");
 }
 
-/// A solid of boxes, each a shell between two heights of all three coordinates, in this order.
+/// A solid of boxes, in this order. Each box is a shell between two corners.
 fn boxes(shells: &[[Point; 2]], are_reversed: bool) -> Vec<u8> {
     let mut text = StepText::in_millimeters();
     let mut ids = Vec::new();

@@ -1,4 +1,4 @@
-//! Tests cylinders, cones, spheres and tori: seams, poles, vertices that bound, boundaries that wind.
+//! Tests cylinders, cones, spheres and tori: seams, poles, vertices as boundaries, boundaries that wind.
 
 use super::*;
 use FaceType::{Cone, Cylinder, Plane, Revolution, Sphere, Torus};
@@ -56,7 +56,8 @@ fn full_turns_with_and_without_seams() {
     );
 }
 
-/// A whole torus that a vertex bounds: in closed form by the angle at which its tube meets the axis.
+/// A whole torus that is bounded by a vertex, with its area and volume in closed form, from the angle at which its tube meets the
+/// axis.
 fn whole_torus(entity: &str, [major, minor]: [f64; 2]) -> (StepText, [f64; 2]) {
     let mut text = StepText::in_millimeters();
     let axes = text.axes([0.0; 3], UP, X);
@@ -114,8 +115,8 @@ fn horn_apple_and_lemon_tori() {
     }
 }
 
-/// The surface that a circle of this radius about `[reach, 0, 0]` turns into, and edges from tip to tip at 0° and 90°: the
-/// outer arc, which runs up, or the inner one, which runs down.
+/// The surface of a revolved circle of this radius around `[reach, 0, 0]`, and edges from tip to tip at 0° and 90°: the outer
+/// arc, which runs up, or the inner arc, which runs down.
 fn revolved_circle(
     text: &mut StepText,
     [reach, radius]: [f64; 2],
@@ -144,7 +145,7 @@ fn revolved_circle(
     )
 }
 
-/// Area and volume of the turn of one arc, as of a torus of these radii; the inner one has its reach below zero.
+/// Area and volume of one revolved arc of a torus with these radii. For the inner arc, `reach` is negative.
 fn fully_revolved([reach, radius]: [f64; 2]) -> [f64; 2] {
     let end = (-reach / radius).acos();
     let (sin, double) = (end.sin(), end + end.sin() * end.cos());
@@ -225,7 +226,7 @@ fn on_torus([u, v]: [f64; 2]) -> Point {
 
 #[test]
 fn holes_all_around_a_torus() {
-    // Two windows that overlap along the turn, so that every meridian meets one, with seams as exporters write them.
+    // Two windows that overlap along the circles, so that every meridian meets one of them, with seams as exporters write them.
     let mut text = StepText::in_millimeters();
     let mut vertices = std::collections::BTreeMap::new();
     let mut vertex = |text: &mut StepText, at: [i32; 2]| {
@@ -372,7 +373,7 @@ fn a_boundary_through_an_apex() {
     }
 }
 
-/// A circle of radius 2 about `at`, which touches the axis at the origin.
+/// A circle of radius 2 around `at`. It touches the axis at the origin.
 fn tube_section(text: &mut StepText, axis: Point, at: Point, vertex: usize) -> usize {
     circle_edge(text, [vertex; 2], [axis, at.map(|x| -x / 2.0)], at, 2.0)
 }
@@ -414,7 +415,7 @@ fn a_bend_of_a_horn_torus() {
 
 #[test]
 fn a_cap_on_the_inner_sheet_of_a_torus() {
-    // The sheet that a negative major radius gives, in a file that writes the radius as positive.
+    // The sheet of a negative major radius, in a file that writes the radius as positive.
     let mut text = StepText::in_millimeters();
     let (reach, height): (f64, f64) = (3.0, 24_f64.sqrt());
     let vertex = text.vertex([reach - 1.0, 0.0, height]);
@@ -488,7 +489,7 @@ fn poles_inside_and_on_the_boundary() {
     );
 }
 
-/// A helix of radius 10 about z as a polygon of many corners, from this height, one turn in 5.
+/// A helix of radius 10 around z as a polygon with many corners. It begins at this height and rises by 5 per turn.
 fn helix(text: &mut StepText, [from, to]: [usize; 2], foot: f64, n_turns: usize) -> usize {
     let n = 256 * n_turns;
     let poles: Vec<usize> = (0..=n)
@@ -566,7 +567,7 @@ fn helical_faces() {
         150.0 * PI,
     );
 
-    // Nothing closes this one: what it bounds ends straight across the parameter plane.
+    // This boundary is not closed, so the face ends at a straight line across the parameter plane.
     let mut text = StepText::in_millimeters();
     let axes = text.axes([0.0; 3], UP, X);
     let side = text.add(format!("CYLINDRICAL_SURFACE('',#{axes},10.)"));
@@ -584,7 +585,7 @@ fn helical_faces() {
     );
 }
 
-/// How a file writes the circle that turns into a sphere.
+/// How a file writes the circle that is revolved into a sphere.
 #[derive(Clone, Copy, Debug)]
 enum Meridian {
     /// The whole circle, from the equator or from the lower pole.
@@ -596,7 +597,7 @@ enum Meridian {
 }
 
 impl Meridian {
-    /// The curve, and whether the revolved curve's normal leaves the center.
+    /// The curve, and whether the normal of the revolved curve points away from the center.
     fn curve(self, text: &mut StepText, radius: f64) -> (usize, bool) {
         let begins_at = if matches!(self, Self::Whole { from_pole: false }) {
             X
@@ -622,7 +623,7 @@ impl Meridian {
     }
 }
 
-/// An eighth of a sphere, between the equator and two meridians that meet in a pole.
+/// An eighth of a sphere, between the equator and two meridians that meet at a pole.
 fn octant(meridian: Meridian, direction: f64, is_upper: bool) -> Vec<u8> {
     const RADIUS: f64 = 2.0;
     let mut text = StepText::in_millimeters();
@@ -645,12 +646,12 @@ fn octant(meridian: Meridian, direction: f64, is_upper: bool) -> Vec<u8> {
             RADIUS,
         ),
     ];
-    // Counter-clockwise seen from outside above the equator. A normal that points inward is revolved by the face.
+    // Counter-clockwise seen from outside above the equator. If the surface's normal points inward, the face reverses it.
     let mut walk = edges.map(|edge| (edge, if is_upper { ".T." } else { ".F." }));
     if !is_upper {
         walk.reverse();
     }
-    // About the axis downward the turn runs the other way, and so does the normal.
+    // If the axis points downward, the direction of revolution is reversed, and so is the normal.
     let is_natural = is_outward == (direction > 0.0);
     let face = text.face(surface, if is_natural { ".T." } else { ".F." }, &walk);
     open(text, &[face])

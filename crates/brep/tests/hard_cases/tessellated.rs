@@ -1,4 +1,4 @@
-//! Tests tessellated geometry: every form of triangles, exact geometry next to it, and what is damaged.
+//! Tests tessellated geometry: every form of triangles, exact geometry next to it, and damaged files.
 
 use super::*;
 use FaceType::{Other, Plane};
@@ -28,7 +28,7 @@ fn coordinates(text: &mut StepText, corners: &[Point]) -> usize {
     ))
 }
 
-/// A side of the box, written as `form` says; `@` stands for the coordinates and the letters for its corners.
+/// A side of the box, written in the given form. `@` is replaced by the coordinates and the letters by its corners.
 fn quad(form: &str, coordinates: usize, [a, b, c, d]: [usize; 4]) -> String {
     let corners = [("A", a), ("B", b), ("C", c), ("D", d)];
     let written = corners
@@ -140,7 +140,7 @@ fn units_and_placements_apply() {
     );
     let vertices = shape_of("repositioned", text.as_bytes()).mesh.vertices;
     assert!(vertices.iter().all(|[x, ..]| (100.0..=110.0).contains(x)));
-    // A mirror turns the triangles round, and they look outward again.
+    // A reflection reverses the triangles, and they face outward again.
     let mirrored = super::files::mirrored(&text.replace(
         "TESSELLATED_SHAPE_REPRESENTATION",
         "ADVANCED_BREP_SHAPE_REPRESENTATION",
@@ -166,7 +166,7 @@ fn faces_with_lists_of_their_own_meet_where_coordinates_are_equal() {
     check("own lists", text.bytes(), &[(6, Other)], [12, 6], 6.0, 1.0);
 }
 
-/// A prism of `n` sides between two discs, whose wall is divided into pieces of whole sides.
+/// A prism of `n` sides between two discs. Its wall is divided into faces of whole sides.
 fn prism(n: usize, n_pieces: usize) -> Vec<u8> {
     let mut text = StepText::in_millimeters();
     let rim = |z: f64| (0..n).map(move |i| (TAU * i as f64 / n as f64, z));
@@ -221,7 +221,7 @@ fn an_angle_is_told_where_triangles_bend_more_than_inside_the_faces() {
             .map(|edge| edge.phi)
             .collect::<Vec<f64>>()
     };
-    // One wall: its rims are one edge each, a right angle.
+    // With one wall, each rim is one edge with a right angle.
     check(
         "prism",
         prism(n, 1),
@@ -235,7 +235,7 @@ fn an_angle_is_told_where_triangles_bend_more_than_inside_the_faces() {
             .iter()
             .all(|phi| (phi - 90.0).abs() < 1e-9)
     );
-    // Two halves: they meet as smoothly as the triangles inside them, which may be the tessellation's doing.
+    // Two halves meet as smoothly as the triangles inside them. The angle may come from the tessellation, so it is undefined.
     check(
         "prism of two halves",
         prism(n, 2),
@@ -246,7 +246,8 @@ fn an_angle_is_told_where_triangles_bend_more_than_inside_the_faces() {
     );
     let smooth = phi(&prism(n, 2)).iter().filter(|phi| phi.is_nan()).count();
     assert_eq!(smooth, 2);
-    // Each side a face of its own: all are flat, so that every angle is told, and at 8° fine sides merge.
+    // If each side is a separate face, all faces are flat, so every angle is defined, and fine sides are joined at a threshold of
+    // 8°.
     check(
         "prism of sides",
         prism(n, n),
@@ -264,7 +265,7 @@ fn an_angle_is_told_where_triangles_bend_more_than_inside_the_faces() {
     );
 }
 
-/// A cube with its tessellation, in two representations that `relate` joins; `links` are written into the tessellation.
+/// A box with its tessellation, in two representations that `relate` joins. `links` are written into the tessellation.
 fn beside_exact(links: [&str; 2], relate: impl Fn(&mut StepText, [usize; 2])) -> Vec<u8> {
     let mut text = StepText::in_millimeters();
     let faces = text.polyhedron(&box_corners([10.0, 20.0, 30.0]), &CUBE_POLYGONS);
@@ -342,7 +343,7 @@ fn exact_geometry_wins() {
         4400.0,
         12_000.0,
     );
-    // Where the exact faces cannot be read the triangles stand in for them.
+    // If the exact faces cannot be read, the triangles are used.
     let damaged = String::from_utf8(beside_exact(["$", "@"], one_product))
         .unwrap()
         .replace("=ADVANCED_FACE", "=NO_FACE");
@@ -380,7 +381,7 @@ fn triangles_that_number_the_coordinates_are_understood_and_noted() {
         2200.0,
         6000.0,
     );
-    // The lowest side's own list has as many members as its highest corner, so that nothing is odd about it.
+    // The list of the lowest side has as many members as its highest corner number, so nothing is irregular there.
     assert_eq!(read(&text, &ReadBudget::default()).unwrap().notes.len(), 6);
 }
 

@@ -7,7 +7,8 @@ use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation};
 use std::collections::BTreeSet;
 use std::f64::consts::TAU;
 
-/// A corner at each angle, at its distance from the middle; points are skewed as charts are, so that no four lie on a circle.
+/// Corners at equal angles and at the given distances from the middle. The points are skewed like those of charts, so that no
+/// four of them lie on a circle.
 fn star(middle: ChartPoint, distances: &[f64]) -> Vec<ChartPoint> {
     let n = distances.len() as f64;
     let corner = |(i, distance): (usize, &f64)| {
@@ -36,8 +37,8 @@ fn signed_area(points: &[ChartPoint], walk: &[u32]) -> f64 {
     0.5 * walk.windows(2).map(doubled).sum::<f64>()
 }
 
-/// Every triangle runs counter-clockwise, neighbors know one another, what has no neighbor is the boundary, and the area
-/// is the boundary's.
+/// Checks that every triangle runs counter-clockwise, that neighbors refer to each other, that the sides without a neighbor are
+/// the boundary, and that the area is that of the boundary.
 fn check_laws(face: &PlainFace, walks: &[Vec<ChartPoint>]) {
     let network = &face.network;
     let mut border = BTreeSet::new();
@@ -69,7 +70,7 @@ fn check_laws(face: &PlainFace, walks: &[Vec<ChartPoint>]) {
         hand * signed_area(walk, &all)
     });
     let area: f64 = signed.sum();
-    // Both sums are rounded: of a sliver they need not give a single digit.
+    // Both sums are rounded. For a sliver they may not have a single correct digit.
     let rounding = 1e-14 * network.points.len() as f64 * extent(&network.points).powi(2);
     assert!(
         (area_of(network) - area).abs() <= 1e-9 * area.abs() + rounding,
@@ -240,7 +241,7 @@ fn what_is_not_plain_is_refused() {
     check_refusal(&[&[[0.0, 0.0], [f64::NAN, 0.0], [4.0, 4.0]]]);
 }
 
-/// Of this triangle the shoelace sum is rounded to 0, whereas its corners do not lie on one line.
+/// The shoelace sum of this triangle is rounded to 0, although its corners do not lie on one line.
 #[test]
 fn a_sliver_keeps_its_sense() {
     let shift = 0.02514205387650238;
@@ -272,7 +273,7 @@ proptest! {
         inner in prop::collection::vec(prop::array::uniform2(-4.0_f64..4.0), 0..60),
     ) {
         let walks = [star([0.0; 2], &outer), star(middle, &hole)];
-        // Between few far corners a side may cut the hole.
+        // If there are few and distant corners, a side may cut the hole.
         match face_of(&walks) {
             Some(_) => check(&walks, &inner),
             None => prop_assert!(outer.len() < 8),

@@ -2,7 +2,7 @@
 
 use super::*;
 
-/// The mesh of a shape whose edges are numbered from 101; one loss names this face and this edge.
+/// The mesh of a shape whose edges are numbered from 101. Checks that one lost entity names this face and this edge.
 #[track_caller]
 fn named(mut brep: Brep, face: u64, edge: u64) -> BrepMesh {
     for (edge, number) in brep.edges.iter_mut().zip(101..) {

@@ -1,12 +1,12 @@
-//! Tests a law of swept surfaces: over any profile and any trim, the quadrature and the triangles have one area.
+//! Tests a law of swept surfaces: for any profile and any trim, the quadrature and the triangles give the same area.
 //!
-//! The trims are polygons of the parameter plane, so that a sum over small triangles of that plane gives the area a third time.
+//! The trims are polygons in the parameter plane, so a sum over small triangles of that plane gives the area a third time.
 
 use super::*;
 use crate::geometry::{BsplineCurve, SurfaceCurve};
 use partprobe_shape::{cross, norm};
 
-/// What a profile is, in the plane of x and z; all run through the parameters from 0 to 1 or a fraction of them.
+/// The kinds of profiles, in the plane of x and z. Their parameters run from 0 to 1 or over a fraction of this range.
 #[derive(Clone, Debug)]
 enum Profile {
     Line,
@@ -72,7 +72,7 @@ impl Profile {
     }
 }
 
-/// The surface, and what turns the unit square into its parameters.
+/// The surface, and the map from the unit square to its parameters.
 fn swept(
     profile: &Profile,
     sweep: Sweep,
@@ -216,7 +216,7 @@ fn three_areas(
     let expected = sum_of_densities(&surface, &parameters, &star);
     let mut corners: Vec<[f64; 2]> = star.into_iter().map(&parameters).collect();
     if matches!(sweep, Sweep::Revolution { .. }) {
-        // Its parameters are exchanged, and so is the sense of the walk.
+        // The parameters of this surface are exchanged, so the sense of the walk is reversed.
         corners.reverse();
     }
     let fine = MeshSettings {
@@ -242,7 +242,7 @@ fn agree([expected, area, of_triangles]: [f64; 3]) -> bool {
     (area - expected).abs() <= 2e-3 * expected && (of_triangles - expected).abs() <= 5e-3 * expected
 }
 
-/// Trims of a torus whose corners lie on both sides of its seam, some turns away from where the parameters are measured.
+/// Trims of a torus whose corners lie on both sides of its seam, several periods away from the natural range of the parameters.
 #[test]
 fn a_trim_may_lead_over_the_seam_of_a_torus() {
     for reaches in [
@@ -275,7 +275,7 @@ proptest! {
         reaches in prop::collection::vec(0.1_f64..0.48, 3..8),
         turn in 0.0_f64..TAU,
     ) {
-        // An offset breaks where its basis has a kink.
+        // An offset is not continuous where its basis has a kink.
         let has_kinks = matches!(profile, Profile::Spline { degree: 1, .. });
         let areas = three_areas(&profile, sweep, offset.filter(|_| !has_kinks), &reaches, turn);
         prop_assert!(areas.clone().is_ok_and(agree), "{areas:?}");

@@ -65,7 +65,7 @@ fn square(half: f64) -> Outline {
     ])
 }
 
-/// A prism over the first outline less the others: bottom, top, then the walls of each outline.
+/// A prism over the first outline without the others: bottom, top, then the walls of each outline.
 fn prism(outlines: &[Outline], height: f64) -> Brep {
     let levels = [0.0, height];
     let corners: Vec<Vec<[f64; 2]>> = outlines.iter().map(Outline::corners).collect();
@@ -127,7 +127,7 @@ fn prism(outlines: &[Outline], height: f64) -> Brep {
     }
     let backwards = |walk: &[i32]| walk.iter().rev().map(|edge| -edge).collect::<Vec<_>>();
     for (level, sense) in [(0, false), (1, true)] {
-        // The outer loop keeps the face on its left seen from outside, and so do the holes.
+        // Seen from outside, the outer loop and the holes have the face on their left.
         let reversed = |(i, walk): (usize, &Vec<i32>)| {
             if (i == 0) == sense {
                 walk.clone()
@@ -150,7 +150,7 @@ fn prism(outlines: &[Outline], height: f64) -> Brep {
     brep
 }
 
-/// The area and the mesh of both ends, and a closed solid of the right volume.
+/// Checks the area and the mesh of both ends, and that the solid is closed and has the right volume.
 #[track_caller]
 fn check(outlines: &[Outline]) {
     for scale in [1.0, 1e-3, 100.0] {
@@ -200,7 +200,7 @@ fn corners_of_a_hole_lie_on_the_rim_or_near_it() {
             ]);
         }
     }
-    // A corner at the rim's own vertex, and a rounding beside it.
+    // A corner at the rim's own vertex, and corners a rounding error away from it.
     for radius in [10.0, 10.0 * (1.0 + 1e-15), 10.0 * (1.0 - 3e-16)] {
         check(&[Circle([0.0; 2], 10.0, 0.0), regular(4, radius, 0.0)]);
     }
@@ -219,7 +219,7 @@ fn round_holes_touch_a_rim_or_nearly_fill_it() {
     }
     check(&[Circle([0.0; 2], 10.0, 0.3), Circle([0.0; 2], 9.9999, 1.0)]);
     check(&[square(10.0), Circle([0.0; 2], 10.0, 0.4)]);
-    // All of the hole lies between the rim and its chord.
+    // The whole hole lies between the rim and its chord.
     check(&[
         Circle([0.0; 2], 10.0, 0.0),
         Circle([9.98 * 0.1_f64.cos(), 9.98 * 0.1_f64.sin()], 0.005, 1.0),
@@ -270,7 +270,7 @@ proptest! {
     }
 }
 
-/// A ring that is thinner than its circles' chords sag by far.
+/// A ring that is much thinner than the sag of its chords.
 #[test]
 fn a_ring_of_next_to_no_width_keeps_its_area() {
     for minor in [1e-3, 1e-4, 1e-5] {
@@ -305,7 +305,7 @@ fn a_ring_of_next_to_no_width_keeps_its_area() {
     }
 }
 
-/// The wall of a cylinder of radius 5 and height 10 with holes, each from angle to angle and from height to height.
+/// The wall of a cylinder of radius 5 and height 10 with holes. Each hole is given by two angles and two heights.
 fn pierced_cylinder(holes: &[[f64; 4]]) -> Brep {
     const RADIUS: f64 = 5.0;
     let point = |angle: f64, z: f64| [RADIUS * angle.cos(), RADIUS * angle.sin(), z];
