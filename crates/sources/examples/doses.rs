@@ -1,7 +1,7 @@
 //! Prints how far each dose of the degraded sources is from `step-parts`: a Markdown table.
 //!
 //! The shapes are 40 generated parts with 4 to 30 STEP-Parts, each with 20 000 points uniform by area. The agreement is the
-//! adjusted Rand index: 1 if both labelings are equal, about 0 if they have nothing to do with each other.
+//! adjusted Rand index: 1 if both labelings are equal, and about 0 if they are independent.
 
 #![allow(clippy::print_stdout, reason = "an example prints what it has made")]
 

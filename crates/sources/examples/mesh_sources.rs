@@ -1,4 +1,4 @@
-//! Writes what `tools/mesh_sources/compare.py` compares with other libraries: a JSON line for each shape.
+//! Writes the results that `tools/mesh_sources/compare.py` compares with other libraries: one JSON line per shape.
 //!
 //! The shapes are STEP files, or 20 generated parts if no file is named. A line holds the refined mesh, the shape diameter
 //! and the label by `sdf-<K>` at each of its triangles, and points with normals and their labels by `ransac-<PERMILLE>`.
@@ -14,10 +14,10 @@ use partprobe_sources::{shape_diameters, source_named};
 use partprobe_synth::{SynthSettings, part};
 use std::error::Error;
 
-/// Points of each shape.
+/// Number of points of each shape.
 const N_POINTS: usize = 20_000;
 
-/// Generated parts, if no file is named.
+/// Number of generated parts, if no file is named.
 const N_PARTS: u64 = 20;
 
 fn main() -> Result<(), Box<dyn Error>> {

@@ -1,6 +1,6 @@
 //! Merges the smallest labels of a source into their neighbors until there are at most as many as STEP-Parts has.
 //!
-//! Labels of any source go in, and unions of them come out. What is left of the boundaries is what the source itself says.
+//! Labels of any source go in, and unions of them come out. The boundaries that remain are those of the source itself.
 
 use crate::degraded::step_parts;
 use crate::pieces::Pieces;
@@ -42,7 +42,7 @@ pub(crate) fn capped(carrier: &Carrier, labels: &SourceLabels) -> SourceLabels {
     }
 }
 
-/// The label of the centroid of each piece.
+/// The label at the centroid of each piece.
 fn labels_of_pieces(pieces: &Pieces, rule: &dyn PointRule) -> Vec<i32> {
     let mut labels = Vec::with_capacity(pieces.fine.triangles.len());
     for (triangle, bounds) in (0..).zip(pieces.first_piece.windows(2)) {
@@ -57,7 +57,7 @@ fn labels_of_pieces(pieces: &Pieces, rule: &dyn PointRule) -> Vec<i32> {
 #[derive(Debug)]
 struct Merged {
     end_of_label: BTreeMap<i32, i32>,
-    /// What a label becomes that no triangle has: that of most area.
+    /// The label with the largest area. A label that no triangle has becomes this label.
     largest: i32,
 }
 
@@ -73,7 +73,7 @@ impl Merged {
             .map(|(_, area)| area)
             .collect();
         let mut regions = Region::of_pieces(&pieces, &areas, &borders_of(mesh));
-        // What has no label is not merged with anything: it is taken out, and counts for none.
+        // The region without a label is not merged with anything. It is taken out and does not count.
         let unlabeled = label_of_region.iter().position(|&label| label < 0);
         let n_most = n_most + usize::from(unlabeled.is_some());
         if let Some(unlabeled) = unlabeled {
@@ -92,7 +92,7 @@ impl Merged {
                 }
             });
         if let Some(unlabeled) = unlabeled {
-            // The last one to be merged: larger than all others.
+            // It is merged last, because it is larger than all others.
             regions[unlabeled].area = f64::INFINITY;
         }
         let ends = merge_to_at_most(regions, n_most);
@@ -107,7 +107,7 @@ impl Merged {
     fn end(&self, label: i32) -> i32 {
         match self.end_of_label.get(&label) {
             _ if label < 0 => label,
-            // Labels without a neighbor join the largest region, which may be what has no label.
+            // Labels without a neighbor join the largest region. That may be the region without a label.
             Some(&end) if end >= 0 => end,
             _ => self.largest,
         }
@@ -138,7 +138,7 @@ impl PointRule for CappedRule {
 mod tests {
     use super::*;
 
-    /// A strip of unit triangles side by side, each with its label.
+    /// A strip of `n` unit triangles.
     fn strip(n: usize) -> Mesh {
         let vertices: Vec<Point> = (0..n + 2)
             .map(|i| [(i / 2) as f64, (i % 2) as f64, 0.0])
@@ -162,7 +162,7 @@ mod tests {
     #[test]
     fn the_smallest_label_joins_its_neighbor() {
         check(&[0, 0, 1, 2, 2, 2], 3, &[0, 0, 1, 2, 2, 2]);
-        // The border of label 1 with 2 is a diagonal, longer than that with 0.
+        // The border between the labels 1 and 2 is a diagonal, which is longer than the border between 1 and 0.
         check(&[0, 0, 1, 2, 2, 2], 2, &[0, 0, 2, 2, 2, 2]);
         check(&[7, 7, 7, 4, 4, 9], 2, &[7, 7, 7, 4, 4, 4]);
         check(&[7, 7, 7, 7, 4, 9], 1, &[7; 6]);

@@ -1,22 +1,22 @@
-//! Fits a cone to points by least squares, starting from a cone that is near.
+//! Fits a cone to points by least squares, starting from an approximate cone.
 //!
-//! Points on a slender cone and that cone go in, the cone that is nearest to all of them comes out. A cone through three
-//! facets of a mesh is only near: where the sides of facets are no lines through the tip, their planes miss it, and the
-//! tip of a slender cone is far away. The method is Gauss and Newton's, with the distances across the axis as residuals.
+//! Points and an approximate cone go in, and the cone that is nearest to all points comes out. A cone through three facets of a
+//! mesh is only approximate: if the sides of the facets are not lines through the tip, their planes miss it, and the tip of a
+//! slender cone is far away. The method is the Gauss–Newton method. Its residuals are the distances across the axis.
 
 use crate::basis::across;
 use crate::primitive_fit::Primitive;
 use partprobe_carrier::{Point, dot, norm, subtract};
 
-/// Each step divides the error of a near start by more than ten.
+/// Number of steps. Each step divides the error of a good start by more than ten.
 const STEPS: usize = 4;
 
-/// What is fitted: two shifts and two tilts of the axis, the radius, and its slope.
+/// Number of fitted parameters: two shifts and two tilts of the axis, the radius, and its slope.
 const N: usize = 6;
 
-/// A cone as it is fitted.
+/// A cone during the fit.
 struct Fit {
-    /// A point of the axis amid the points, and the axis.
+    /// A point of the axis near the points, and the direction of the axis.
     center: Point,
     axis: Point,
     /// The radius at the center, and how fast it grows along the axis.
@@ -24,7 +24,8 @@ struct Fit {
     slope: f64,
 }
 
-/// The cone that is nearest to the points. Returns `None` if they tell none, or the primitive is not a cone.
+/// The cone that is nearest to the points. Returns `None` if the points do not determine a cone, or if the primitive is not a
+/// cone.
 pub(crate) fn refitted_cone(primitive: &Primitive, points: &[Point]) -> Option<Primitive> {
     let mut fit = Fit::of(primitive, points)?;
     for _ in 0..STEPS {

@@ -11,7 +11,7 @@ use crate::step_merged::merged_to;
 use crate::step_split::split_to;
 use partprobe_carrier::Carrier;
 
-/// What a control makes of the labels of another source: `(carrier, labels, seed) → labels`.
+/// The rule of a control, which changes the labels of another source: `(carrier, labels, seed) → labels`.
 type ControlRule = fn(&Carrier, &SourceLabels, u64) -> SourceLabels;
 
 /// Makes the sources whose names begin with a prefix and end with the name of another source.
@@ -46,7 +46,8 @@ pub const CONTROLS: &[SourceControl] = &[
 ];
 
 impl SourceControl {
-    /// The control that a name begins with, and the name of the other source; `None` if it is not that of a control.
+    /// The control whose prefix a name has, and the name of the other source. Returns `None` if the name is not that of a
+    /// control.
     #[must_use]
     pub fn of_name(name: &str) -> Option<(&'static Self, &str)> {
         CONTROLS
@@ -55,13 +56,13 @@ impl SourceControl {
             .filter(|(_, other)| !other.is_empty())
     }
 
-    /// The name to ask with; `<SOURCE>` stands for the name of another source.
+    /// The pattern of its names. `<SOURCE>` is a placeholder for the name of another source.
     #[must_use]
     pub fn pattern(&self) -> String {
         format!("{}<SOURCE>", self.prefix)
     }
 
-    /// One line that says what the labels are.
+    /// A description of the labels in one line.
     #[must_use]
     pub fn description(&self) -> &'static str {
         self.description

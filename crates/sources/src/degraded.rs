@@ -1,4 +1,4 @@
-//! Computes what the degraded sources start from: the STEP-Parts label of each face, and random choices.
+//! Computes the inputs of the degraded sources: the STEP-Parts label of each face, and random choices.
 //!
 //! A degraded source draws its random numbers by seed, shape and kind of damage, and never by the dose. A higher dose
 //! therefore adds damage to that of a lower one, and the agreement with STEP-Parts can only fall.
@@ -11,9 +11,9 @@ pub(crate) fn step_parts(carrier: &Carrier) -> Partition {
     Partition::from_keys(carrier.part_of_face())
 }
 
-/// A number from 0 to `n` - 1; 0 if `n` is 0.
+/// A random number from 0 to `n` - 1, or 0 if `n` is 0.
 pub(crate) fn below(rng: &mut Rng, n: usize) -> usize {
-    // The bias is n in 2⁶⁴.
+    // The bias is only n in 2⁶⁴.
     (rng.next_u64() % (n.max(1) as u64)) as usize
 }
 

@@ -1,7 +1,7 @@
 //! Joins triangles across sides at which the mesh bends by at most DEG degrees: `dihedral-grow-<DEG>`.
 //!
-//! It sees the welded mesh and no B-Rep. On a coarse tessellation a cylinder falls into strips once its facets meet at
-//! more than DEG degrees; a tangent fillet joins the planes beside it.
+//! It uses only the welded mesh and not the B-Rep. On a coarse tessellation, a cylinder is divided into strips if its facets meet
+//! at more than DEG degrees. A tangent fillet joins the planes next to it.
 
 use crate::factory::SourceFactory;
 use crate::region_merging::{Border, borders_of};
@@ -42,7 +42,7 @@ fn grown(mesh: &Mesh, degrees: f64) -> Partition {
         .map(|border| border.between)
         .filter(|&[a, b]| {
             let cosine = dot(normals[a as usize], normals[b as usize]);
-            // Rounding may put the cosine of opposite normals below -1.
+            // Because of rounding, the cosine of opposite normals may be below -1.
             has_normal(a) && has_normal(b) && (least_cosine <= cosine || degrees >= 180.0)
         });
     let without_area = longest_borders(&borders, n_triangles);
@@ -53,7 +53,7 @@ fn grown(mesh: &Mesh, degrees: f64) -> Partition {
     Partition::from_joined_pairs(n_triangles, smooth.chain(joins_of_needles))
 }
 
-/// The longest border of each triangle: across it, a triangle without area belongs to its neighbor.
+/// The longest border of each triangle. A triangle without an area belongs to its neighbor across this border.
 fn longest_borders(borders: &[Border], n_triangles: usize) -> Vec<Option<Border>> {
     let mut longest: Vec<Option<Border>> = vec![None; n_triangles];
     for border in borders {
@@ -71,7 +71,7 @@ fn longest_borders(borders: &[Border], n_triangles: usize) -> Vec<Option<Border>
 mod tests {
     use super::*;
 
-    /// A strip of rectangles that bends by these angles, two triangles for each rectangle.
+    /// A strip of rectangles that bends by these angles, with two triangles per rectangle.
     fn strip(bends_deg: &[f64]) -> Mesh {
         let mut profile = vec![[0.0, 0.0]];
         let mut direction: f64 = 0.0;
@@ -129,7 +129,7 @@ mod tests {
     #[test]
     fn a_triangle_without_area_follows_its_longest_side() {
         let mut mesh = strip(&[90.0]);
-        // A needle on the far side of the second rectangle, from its two corners to the middle between them.
+        // A needle on the far side of the second rectangle, between its two corners and their middle.
         mesh.vertices.push([1.0, 1.0, 0.5]);
         mesh.vertex_face.push(0);
         mesh.triangles.push([4, 6, 5]);

@@ -1,6 +1,6 @@
-//! Labels triangles by rules on the faces alone; each triangle takes the label of its face.
+//! Labels triangles by rules that use only the faces. Each triangle takes the label of its face.
 //!
-//! The face graph of a carrier goes in, and one label per face comes out. The mesh decides nothing here.
+//! The face graph of a carrier goes in, and one label per face comes out. The mesh has no influence.
 
 use crate::factory::SourceFactory;
 use crate::source::SourceLabels;
@@ -16,7 +16,7 @@ pub(crate) const BREP_FACE: SourceFactory =
     .labeling_faces()
     .needing(ShapeKind::Brep);
 
-/// Each primitive type is a label, wherever its faces lie.
+/// Each primitive type is a label, and the positions of its faces do not matter.
 pub(crate) const PRIMITIVE: SourceFactory = SourceFactory::rule(
     "primitive",
     "the primitive type of the face: plane, cylinder, cone, …",
@@ -43,9 +43,9 @@ pub(crate) const PRIMITIVE_CONNECTED: SourceFactory = SourceFactory::rule(
 .labeling_faces()
 .needing(ShapeKind::Brep);
 
-/// Connected faces are a label if each step from one to the next turns by at most DEG degrees. The types do not matter.
+/// Connected faces are a label if the dihedral angle at each shared edge is at most DEG degrees. The types do not matter.
 ///
-/// The difference to `step-parts` at the same angle is what the condition on types adds.
+/// The difference to `step-parts` at the same angle shows the effect of the condition on types.
 pub(crate) const SMOOTH: SourceFactory = SourceFactory::numbered_rule(
     "smooth-<DEG>",
     "faces joined across edges with a dihedral angle of at most DEG degrees; their types do not matter",

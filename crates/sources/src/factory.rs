@@ -13,9 +13,10 @@ use std::sync::Arc;
 /// A source that any thread may use.
 pub type BoxedSource = Box<dyn LabelSource + Send + Sync>;
 
-/// What a source needs besides its name: parameters, for example the path of imported labels, and a way to read files.
+/// The data that a source needs in addition to its name: parameters, for example the path of imported labels, and a way to read
+/// files.
 ///
-/// The parameters are text under a name.
+/// Each parameter has a name and a text as its value.
 #[derive(Clone, Debug, Default)]
 pub struct SourceContext {
     parameters: BTreeMap<String, String>,
@@ -23,7 +24,7 @@ pub struct SourceContext {
 }
 
 impl SourceContext {
-    /// The same context with one more parameter; a parameter of the same name is replaced.
+    /// The same context with one more parameter. A parameter of the same name is replaced.
     #[must_use]
     pub fn with(mut self, parameter: impl Into<String>, value: impl Into<String>) -> Self {
         self.parameters.insert(parameter.into(), value.into());
@@ -96,7 +97,7 @@ impl SourceFactory {
 
     /// A source that is one function of the carrier and of the number that its name ends with.
     ///
-    /// `pattern` ends with a placeholder, for example `ward-<K>`; `numbers` are the numbers that it accepts.
+    /// `pattern` ends with a placeholder, for example `ward-<K>`. `numbers` are the numbers that it accepts.
     #[must_use]
     pub const fn numbered_rule(
         pattern: &'static str,
@@ -141,7 +142,8 @@ impl SourceFactory {
         }
     }
 
-    /// The same rule for shapes that hold at least this: without it, a rule is asked about every shape, clouds included.
+    /// The same rule, limited to shapes that have at least these data. Without this limit, a rule is applied to every shape,
+    /// including clouds.
     ///
     /// A shape with a B-Rep has a mesh too, and a mesh is also a set of points. For other shapes, the source refuses with
     /// [`SourceError::Kind`].
@@ -150,7 +152,7 @@ impl SourceFactory {
         Self { needs, ..self }
     }
 
-    /// What a shape must hold at least, so that the source can label it.
+    /// The data that a shape must have at least, so that the source can label it.
     #[must_use]
     pub fn needs(&self) -> ShapeKind {
         self.needs
@@ -162,13 +164,13 @@ impl SourceFactory {
         self.labels_faces
     }
 
-    /// The name to ask with; a placeholder such as `<K>` stands for a whole number.
+    /// The pattern of its names. A placeholder such as `<K>` stands for a whole number.
     #[must_use]
     pub fn pattern(&self) -> &'static str {
         self.pattern
     }
 
-    /// One line that says what the labels are.
+    /// A description of the labels in one line.
     #[must_use]
     pub fn description(&self) -> &'static str {
         self.description
@@ -223,7 +225,7 @@ impl SourceFactory {
     }
 
     fn number(&self, name: &str, text: &str) -> Result<u32, SourceError> {
-        // `020` or `+20` would stand beside `20` in scores as another source.
+        // `020` or `+20` would look like another source than `20` in scores.
         let number = text
             .parse()
             .ok()
@@ -239,7 +241,7 @@ impl SourceFactory {
     }
 }
 
-/// A rule under the name that it was asked for with.
+/// A rule with the name by which it was requested.
 struct RuleSource<L> {
     name: String,
     labels_faces: bool,

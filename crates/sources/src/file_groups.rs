@@ -1,7 +1,7 @@
-//! Labels faces by what a file says of them: solid, shell, color and name.
+//! Labels faces by their attributes in the file: solid, shell, color and name.
 //!
-//! In goes the face graph of a carrier, out comes one label for each face. A file whose colors or names merely number
-//! its faces is refused with a reason, since such labels repeat `brep-face`.
+//! The face graph of a carrier goes in, and one label per face comes out. A file whose colors or names merely number its faces is
+//! refused with a reason, because such labels repeat `brep-face`.
 
 use crate::factory::SourceFactory;
 use crate::source::{SourceError, SourceLabels};
@@ -34,7 +34,7 @@ pub(crate) const SHELL: SourceFactory = SourceFactory::rule(
 .labeling_faces()
 .needing(ShapeKind::Brep);
 
-/// Each color is a label; faces without a color are one more.
+/// Each color is a label. Faces without a color have a further label.
 pub(crate) const COLOR: SourceFactory = SourceFactory::rule(
     "color",
     "the color of the face in the file (STYLED_ITEM); refused if colors merely number the faces",
@@ -55,7 +55,7 @@ pub(crate) const COLOR: SourceFactory = SourceFactory::rule(
 .labeling_faces()
 .needing(ShapeKind::Brep);
 
-/// Each name is a label; faces without a name are one more.
+/// Each name is a label. Faces without a name have a further label.
 pub(crate) const NAME: SourceFactory = SourceFactory::rule(
     "name",
     "the name of the face in the file (ADVANCED_FACE); refused if names merely number the faces",
@@ -82,8 +82,8 @@ fn grouped<K: Ord>(carrier: &Carrier, key: fn(&Face) -> K) -> Result<SourceLabel
 
 /// Refuses keys that no face has, and keys that (almost) number the faces.
 ///
-/// Keys number the faces if more than half of at least three faces have one, and nine of ten of these keys differ.
-/// The tenth leaves room for a number that two faces share, for example the two halves of a hole.
+/// Keys number the faces if there are at least three faces, more than half of them have a key, and nine of ten of these keys
+/// differ. The tenth allows for a number that two faces share, for example the two halves of a hole.
 fn refuse_numbering<K: Ord>(keys: &[Option<K>], what: &str) -> Result<(), SourceError> {
     let unfit = |reason| SourceError::Unfit { reason };
     let n_keyed = keys.iter().flatten().count();
@@ -109,7 +109,7 @@ mod tests {
     use crate::registry::tests::{carrier_of_faces, plain_face};
     use partprobe_carrier::Color;
 
-    /// One triangle for each face.
+    /// The labels of a carrier with one triangle per face.
     fn labels(factory: &SourceFactory, faces: Vec<Face>) -> Result<Vec<i32>, String> {
         let source = factory
             .make(factory.pattern(), &SourceContext::default())

@@ -1,4 +1,4 @@
-//! Labels a mesh or a point cloud by the labels that it came with: `given`.
+//! Labels a mesh or a point cloud by the labels in its file: `given`.
 
 use crate::factory::SourceFactory;
 use crate::source::{SourceError, SourceLabels};

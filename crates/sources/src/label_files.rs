@@ -1,29 +1,29 @@
 //! Defines how a source reads files that it does not open itself.
 //!
-//! A source with imported labels needs bytes. The program gives it a [`SourceFiles`], so that this crate and those on
-//! top of it stay free of file systems, and a test gives it a map of texts.
+//! A source with imported labels needs bytes. The program gives it a [`SourceFiles`], so this crate and the crates that use it do
+//! not depend on a file system. A test gives it a map of texts.
 
 use std::fmt::Debug;
 
 /// Reads files and lists folders on behalf of a source.
 pub trait SourceFiles: Debug + Send + Sync {
-    /// What a path leads to.
+    /// The kind of item at a path.
     fn kind(&self, path: &str) -> PathKind;
 
     /// The bytes of a file.
     ///
     /// # Errors
-    /// If the file cannot be read; the message names it.
+    /// If the file cannot be read. The message names it.
     fn read(&self, path: &str) -> Result<Vec<u8>, FileError>;
 
     /// The files below a folder, as paths relative to it with `/` between names, sorted.
     ///
     /// # Errors
-    /// If the folder cannot be listed; the message names it.
+    /// If the folder cannot be listed. The message names it.
     fn list(&self, folder: &str) -> Result<Vec<String>, FileError>;
 }
 
-/// What a path leads to.
+/// The kind of item at a path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PathKind {
     /// A file.

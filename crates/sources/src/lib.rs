@@ -2,8 +2,8 @@
 //!
 //! Each source has a name, which configs, score files and folders use. [`SOURCES`] lists them all.
 //!
-//! A source of your own needs no change here: implement [`LabelSource`], or make a [`SourceFactory`] of a function and
-//! look names up with [`source_among`]. `tests/custom_source.rs` does both.
+//! Your own source needs no change here: implement [`LabelSource`], or make a [`SourceFactory`] from a function and look up names
+//! with [`source_among`]. `tests/custom_source.rs` does both.
 //!
 //! ```
 //! use partprobe_label::{LabelOptions, label};

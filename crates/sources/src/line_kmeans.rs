@@ -1,10 +1,10 @@
 //! Finds the best k-means clusters of numbers on a line.
 //!
-//! In go numbers from 0 to 1 with weights, out comes the cluster of each; clusters are intervals and are numbered from the
-//! lowest. The numbers fall into bins, and the clusters of the bins are optimal (dynamic programming, as Wang and Song 2011),
-//! so that nothing depends on a start. Empty clusters are left out.
+//! Numbers from 0 to 1 with weights go in, and the cluster of each number comes out. Clusters are intervals and are numbered from
+//! the lowest one. The numbers are sorted into bins, and the clusters of the bins are optimal (dynamic programming, as in Wang
+//! and Song 2011), so the result does not depend on a starting point. Empty clusters are left out.
 
-/// Bins between 0 and 1.
+/// Number of bins between 0 and 1.
 const N_BINS: usize = 256;
 
 /// The cluster of each value, for at most `k` clusters.
@@ -104,7 +104,7 @@ mod tests {
         check(&[0.9, 0.1, 0.12, 1.0], 2, &[1, 0, 0, 1]);
         check(&[0.9, 0.1, 0.5, 1.0], 3, &[2, 0, 1, 2]);
         check(&[0.5, 0.5, 0.5], 2, &[0, 0, 0]);
-        // A heavy pair is worth a cut, a light outlier is not.
+        // A cut between two heavy values is better than a cut before a light outlier.
         assert_eq!(
             line_kmeans(&[0.0, 0.3, 1.0], &[100.0, 100.0, 0.01], 2),
             [0, 1, 1]

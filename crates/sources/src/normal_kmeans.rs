@@ -1,6 +1,7 @@
 //! Clusters triangle normals, and cuts the clusters into connected pieces, at most K of them: `normal-kmeans-<K>`.
 //!
-//! A mesh segmentation that sees no B-Rep: it stands for supervision that is cheap and close to, but not, the parts.
+//! This is a mesh segmentation that does not use the B-Rep. It is an example of cheap supervision that is similar to the parts
+//! but not equal to them.
 
 use crate::factory::SourceFactory;
 use crate::region_merging::{Region, borders_of, merge_to_at_most};
@@ -10,15 +11,16 @@ use partprobe_carrier::{Carrier, Embeddings, Labels, Mesh, Partition};
 use partprobe_cluster::{KMeansSettings, spherical_kmeans};
 use std::collections::BTreeMap;
 
-/// Normals on one point of a grid this fine are one normal: coplanar triangles differ by rounding only.
+/// Normals are rounded to a grid with this cell size. Normals with the same grid point count as equal, because coplanar triangles
+/// differ by rounding only.
 const NORMAL_GRID: f64 = 1e-6;
 
-/// The whole surface is this many units of weight, so that areas become multiplicities.
+/// The total weight of the surface, so that areas can be rounded to integer multiplicities.
 const WEIGHT_OF_SURFACE: f64 = 1e9;
 
-/// Spherical k-means on the area-weighted triangle normals with `n_labels` clusters; each connected piece of a
-/// cluster is a region; then the smallest region joins the neighbor with the longest common border, until there are
-/// at most `n_labels`. A region without neighbors (a body of its own) joins the largest region, so the bound holds.
+/// Spherical k-means on the area-weighted triangle normals gives `n_labels` clusters. Each connected piece of a cluster is a
+/// region. Then the smallest region joins the neighbor with the longest common border, until there are at most `n_labels`
+/// regions. A region without neighbors (a separate body) joins the largest region, so the limit is kept.
 pub(crate) const NORMAL_KMEANS: SourceFactory = SourceFactory::numbered_rule(
     "normal-kmeans-<K>",
     "connected pieces of k-means clusters of triangle normals, at most K labels",
@@ -58,7 +60,7 @@ fn normal_clusters(mesh: &Mesh, n_labels: u32, key: &str, seed: u64) -> Vec<u32>
         tolerance: 1e-4,
     };
 
-    // Three finite numbers a row, a weight for each and K ≥ 1: neither step has anything to refuse.
+    // Each row has three finite numbers and a weight, and K ≥ 1, so neither step can fail.
     let clusters = Embeddings::new(3, normals.values)
         .ok()
         .and_then(|rows| spherical_kmeans(&rows, &normals.weights, &settings, seed, key).ok())
@@ -70,7 +72,7 @@ fn normal_clusters(mesh: &Mesh, n_labels: u32, key: &str, seed: u64) -> Vec<u32>
         .collect()
 }
 
-/// The different normals of a mesh, each with its share of the surface.
+/// The different normals of a mesh, each with its fraction of the surface.
 struct DistinctNormals {
     values: Vec<f32>,
     weights: Vec<u32>,
@@ -117,7 +119,7 @@ mod tests {
     use partprobe_carrier::FaceType::Plane;
     use partprobe_carrier::Point;
 
-    /// The unit cube at `x`, two triangles a side, as twelve triangles with vertices of their own.
+    /// The unit cube at `x`, with two triangles per side. Each of the twelve triangles has its own vertices.
     fn cube(x: f64) -> Vec<[Point; 3]> {
         let mut triangles = Vec::new();
         for axis in 0..3 {

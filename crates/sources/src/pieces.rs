@@ -1,7 +1,7 @@
 //! Divides a mesh into small pieces, and labels points by their pieces.
 //!
-//! A CAD mesh has large triangles where it is flat. A segmentation that must be able to end inside of them labels the pieces of
-//! the refined mesh. Nothing here decides what the labels are.
+//! A CAD mesh has large triangles where it is flat. If the boundaries of a segmentation may lie inside such triangles, it labels
+//! the pieces of the refined mesh. Nothing here decides what the labels are.
 
 use crate::source::PointRule;
 use crate::triangle_normal::size_or_one;
@@ -11,15 +11,15 @@ use partprobe_carrier::{
 };
 use std::ops::Range;
 
-/// The mesh is refined less if it would have this many pieces.
+/// The mesh is refined less if it would have more pieces than this.
 pub(crate) const MAX_PIECES: u32 = 50_000;
 
-/// The refined mesh, and where the pieces of each triangle are.
+/// The refined mesh, and the range of pieces of each triangle.
 #[derive(Clone, Debug)]
 pub struct Pieces {
     /// The refined mesh.
     pub fine: Mesh,
-    /// Where the pieces of each triangle of the plain mesh begin, and the end of the last.
+    /// The index of the first piece of each triangle of the plain mesh, and the number of pieces at the end.
     pub first_piece: Vec<usize>,
 }
 
@@ -35,7 +35,7 @@ impl Pieces {
         Self { fine, first_piece }
     }
 
-    /// The triangles of the mesh itself, as they are.
+    /// The triangles of the mesh itself as pieces.
     #[must_use]
     pub fn whole(mesh: &Mesh) -> Self {
         Self {
@@ -44,14 +44,14 @@ impl Pieces {
         }
     }
 
-    /// The piece that contains the point, or that it misses least.
+    /// The piece that contains the point, or the piece that is nearest to containing it.
     fn piece_at(&self, pieces: Range<usize>, point: Point) -> Option<usize> {
         let inside = |&piece: &usize| least_barycentric(self.fine.corners(piece), point);
         pieces.max_by(|a, b| inside(a).total_cmp(&inside(b)))
     }
 }
 
-/// A label for each piece; a point has that of its piece.
+/// One label per piece. A point has the label of its piece.
 #[derive(Clone, Debug)]
 pub struct PieceLabels {
     /// The pieces.
@@ -75,7 +75,7 @@ impl PointRule for PieceLabels {
     }
 }
 
-/// The smallest of the point's three barycentric coordinates: not negative inside the triangle.
+/// The smallest of the point's three barycentric coordinates. Inside the triangle it is not negative.
 fn least_barycentric([a, b, c]: [Point; 3], point: Point) -> f64 {
     let normal = cross(subtract(b, a), subtract(c, a));
     let squared = dot(normal, normal);
@@ -90,7 +90,8 @@ fn least_barycentric([a, b, c]: [Point; 3], point: Point) -> f64 {
 
 /// The longest edge of a piece: 1/32 of the diagonal, or a power of two times that if there were too many pieces.
 ///
-/// Long needles need it: each would fall into dozens of pieces. A mesh without finite size is not refined.
+/// Long needles need a longer edge, because each of them would be divided into dozens of pieces. A mesh whose size is not finite
+/// is not refined.
 fn longest_edge(mesh: &Mesh) -> f64 {
     if !mesh.diagonal().is_finite() {
         return f64::INFINITY;

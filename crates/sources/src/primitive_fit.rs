@@ -1,21 +1,23 @@
 //! Fits planes, spheres, cylinders and cones to a few triangles of a mesh.
 //!
-//! In go two or three triangles, out comes the primitive of which they are facets. The corners of the triangles of a
-//! tessellated surface lie on the surface, while their normals are those of chords. Positions and radii therefore come
-//! from corners, and only directions come from normals. Nothing here is random, and nothing counts support.
+//! Two or three triangles go in, and the primitive of which they are facets comes out. The corners of the triangles of a
+//! tessellated surface lie on the surface, while their normals are those of chords. Positions and radii therefore come from
+//! corners, and only directions come from normals. Nothing here is random, and nothing counts support.
 
 use partprobe_carrier::{Point, cross, dot, norm, subtract};
 
-/// Facets whose normals differ by less, as the sine of the angle, are parallel.
+/// Two facets are parallel if the sine of the angle between their normals is below this value.
 const PARALLEL: f64 = 0.02;
 
-/// Three facet normals of a cone span at least this volume; those of a cylinder span none.
+/// Three facet normals of a cone span at least this volume. Those of a cylinder span no volume.
 const CONE_VOLUME: f64 = 1e-5;
 
-/// Twice the area between three directions from the tip of a cone, as unit vectors; on one line they tell no axis.
+/// The smallest value of twice the area between three unit vectors from the tip of a cone. If they lie on a line, they do not
+/// determine an axis.
 const CONE_ARC: f64 = 1e-9;
 
-/// A cone opens by at least about two degrees, and by two degrees less than a plane.
+/// The sine of the half angle of a cone. The half angle is at least about two degrees, and at least two degrees less than that of
+/// a plane.
 const CONE_SINES: std::ops::Range<f64> = 0.035..0.9994;
 
 /// A triangle with its unit normal.
@@ -27,7 +29,7 @@ pub(crate) struct Facet {
     pub(crate) normal: Point,
 }
 
-/// A surface of one of the types that are looked for.
+/// A surface of one of the types that are searched for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Primitive {
     /// A plane with its unit normal.
@@ -53,7 +55,7 @@ pub(crate) enum Primitive {
         /// The radius, above 0.
         radius: f64,
     },
-    /// One half of a double cone.
+    /// One nappe of a cone.
     Cone {
         /// The tip.
         apex: Point,
@@ -81,7 +83,7 @@ impl Primitive {
         let height = |point: &Point| dot(first.normal, subtract(*point, a)).abs();
         let d = farthest(&second.corners, height)?;
 
-        // The center has equal distances to a and each of the others: (x − a) · 2 (p − a) = |p − a|².
+        // The center has equal distances to a and to each of the other points: (x − a) · 2 (p − a) = |p − a|².
         let rows = [b, c, d].map(|point| subtract(point, a));
         let squares = rows.map(|row| 0.5 * dot(row, row));
         let offset = solution(rows, squares)?;
@@ -92,7 +94,7 @@ impl Primitive {
         })
     }
 
-    /// The cylinder on which two facets are that are not parallel.
+    /// The cylinder on which two facets lie. The facets must not be parallel.
     pub(crate) fn cylinder(first: &Facet, second: &Facet, max_radius: f64) -> Option<Self> {
         let axis = unit_above(cross(first.normal, second.normal), PARALLEL)?;
         let flattened = |point: Point| subtract(point, axis.map(|x| x * dot(axis, point)));
@@ -120,7 +122,7 @@ impl Primitive {
         })
     }
 
-    /// The cone on which three facets are: their planes meet in its tip.
+    /// The cone on which three facets lie. Their planes meet at its tip.
     pub(crate) fn cone(facets: [&Facet; 3]) -> Option<Self> {
         let normals = facets.map(|facet| facet.normal);
         let [n, m, o] = normals;
@@ -130,8 +132,8 @@ impl Primitive {
         let levels = facets.map(|facet| dot(facet.normal, facet.corners[0]));
         let apex = solution(normals, levels)?;
 
-        // The axis has one angle to all lines from the tip to a corner, since corners are on the cone. Its angles to the
-        // normals differ: a wide facet is steeper than a narrow one.
+        // The axis has the same angle to all lines from the tip to a corner, because the corners are on the cone. Its angles to
+        // the normals differ, because a wide facet is steeper than a narrow one.
         let mut directions = [[0.0; 3]; 6];
         for (facet, two) in facets.iter().zip(directions.as_chunks_mut().0) {
             *two = outer_directions(&facet.corners, apex);
@@ -153,7 +155,7 @@ impl Primitive {
         })
     }
 
-    /// How far a point is from the surface, in millimeters, not negative.
+    /// The distance of a point from the surface, in millimeters. It is not negative.
     pub(crate) fn distance(&self, at: Point) -> f64 {
         match *self {
             Self::Plane { point, normal } => dot(normal, subtract(at, point)).abs(),
@@ -180,7 +182,7 @@ impl Primitive {
         }
     }
 
-    /// The unit normal of the surface near a point; 0 at a center, an axis or a tip.
+    /// The unit normal of the surface near a point. It is 0 at a center, an axis or a tip.
     pub(crate) fn normal(&self, at: Point) -> Point {
         match *self {
             Self::Plane { normal, .. } => normal,
@@ -199,7 +201,7 @@ impl Primitive {
     }
 }
 
-/// How far along the axis a point is, and the vector from the axis to it.
+/// The position of a point along the axis, and the vector from the axis to the point.
 fn from_axis(at: Point, point: Point, axis: Point) -> (f64, Point) {
     let offset = subtract(at, point);
     let height = dot(offset, axis);
@@ -210,25 +212,25 @@ fn sum(a: Point, b: Point) -> Point {
     [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
 }
 
-/// The vector with length 1; 0 where there is no direction.
+/// The vector scaled to length 1, or 0 if it has no direction.
 fn unit(vector: Point) -> Point {
     unit_above(vector, 0.0).unwrap_or_default()
 }
 
-/// The vector with length 1, if it is longer than this.
+/// The vector scaled to length 1. Returns `None` if it is not longer than `least`.
 fn unit_above(vector: Point, least: f64) -> Option<Point> {
     let length = norm(vector);
     (length > least && length.is_finite()).then(|| vector.map(|x| x / length))
 }
 
-/// The unit vectors from a tip to the two corners of a facet that are farthest from it: the third may be the tip itself.
+/// The unit vectors from a tip to the two corners of a facet that are farthest from it. The third corner may be the tip itself.
 fn outer_directions(corners: &[Point; 3], tip: Point) -> [Point; 2] {
     let mut along = corners.map(|corner| subtract(corner, tip));
     along.sort_by(|a, b| norm(*b).total_cmp(&norm(*a)));
     [unit(along[0]), unit(along[1])]
 }
 
-/// The point with the largest value, the first among equals.
+/// The point with the largest value. If several are equal, the first one is returned.
 fn farthest(points: &[Point], value: impl Fn(&Point) -> f64) -> Option<Point> {
     let larger = |best: Option<(Point, f64)>, point: &Point| {
         let value = value(point);
@@ -240,7 +242,7 @@ fn farthest(points: &[Point], value: impl Fn(&Point) -> f64) -> Option<Point> {
     points.iter().fold(None, larger).map(|(point, _)| point)
 }
 
-/// The vector whose scalar products with three rows are given (Cramer's rule), if the rows span the space.
+/// The vector whose scalar products with three rows are given (Cramer's rule). Returns `None` if the rows do not span the space.
 fn solution(rows: [Point; 3], values: [f64; 3]) -> Option<Point> {
     let [a, b, c] = rows;
     let volume = dot(a, cross(b, c));
@@ -269,7 +271,7 @@ mod tests {
         [radius * angle.cos(), radius * angle.sin(), z]
     }
 
-    /// A facet of a cone or cylinder between two angles, with radii at two heights.
+    /// A facet of a cone or cylinder between two angles, with the radii at two heights.
     fn strip(radii: [f64; 2], angle: f64, width: f64) -> Facet {
         facet([
             at(radii[0], angle, 0.0),

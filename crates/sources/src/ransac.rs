@@ -1,12 +1,12 @@
-//! Finds planes, spheres, cylinders and cones by random trials, each connected: `ransac-<PERMILLE>`.
+//! Finds connected planes, spheres, cylinders and cones by random trials: `ransac-<PERMILLE>`.
 //!
-//! In goes the mesh alone. Random triangles close to each other propose primitives, and the one that covers the most area
-//! is taken, until none covers PERMILLE thousandths of the surface (efficient RANSAC: Schnabel, Wahl, Klein 2007). What no
-//! primitive covers keeps a label for each connected piece.
+//! Only the mesh is used. Random triangles close to each other propose primitives, and the primitive that covers the most area is
+//! taken, until none covers PERMILLE thousandths of the surface (efficient RANSAC: Schnabel, Wahl, Klein 2007). Each connected
+//! piece of the rest gets its own label.
 //!
-//! The publication has points and finds neighbors in an octree and components in a bitmap. A mesh has neighbors: the triangles
-//! of a trial come from a random walk, and the support of a primitive is the connected piece around its first triangle.
-//! There are no tori: a fillet along a bent edge falls into pieces of other primitives, or into the rest.
+//! The publication has points and finds neighbors in an octree and components in a bitmap. A mesh has neighbors: the triangles of
+//! a trial come from a random walk, and the support of a primitive is the connected piece around its first triangle. There are no
+//! tori: a fillet along a bent edge is divided into pieces of other primitives, or belongs to the rest.
 
 use crate::cone_fit::refitted_cone;
 use crate::degraded::below;
@@ -18,7 +18,7 @@ use crate::surface::Surface;
 use partprobe_carrier::{Mesh, Partition, Point, Rng, ShapeKind, centroid, dot, keyed_rng};
 use rand::Rng as _;
 
-/// How far the corners of a triangle may be from its primitive, as a fraction of the diagonal of the bounding box.
+/// The largest distance of a triangle's corners from its primitive, as a fraction of the diagonal of the bounding box.
 const MAX_DISTANCE: f64 = 0.002;
 
 /// The largest angle between the normals of a triangle and of its primitive, in degrees.
@@ -27,19 +27,20 @@ const MAX_ANGLE_DEG: f64 = 10.0;
 /// The probability that a larger primitive is overlooked.
 const OVERLOOKED: f64 = 0.05;
 
-/// A trial that begins on a primitive stays on it at least this often; the walks are short.
+/// The lowest assumed probability that a trial that begins on a primitive stays on it. The walks are short.
 const STAYS: f64 = 0.25;
 
-/// Trials between two looks at the best candidate.
+/// Number of trials between two selections of the best candidate.
 const TRIALS: usize = 64;
 
-/// A triangle proposes no further primitives of a type once it lies in this many that were proposed since the last one was taken.
+/// A triangle proposes no further primitives of a type if it already lies in this number of primitives that were proposed since
+/// the last one was taken.
 const MAX_PROPOSALS: u8 = 3;
 
 /// A walk has at most 2 to this power steps.
 const MAX_LOG_STEPS: usize = 7;
 
-/// The rest of a surface that is smaller than a primitive may be joins a neighbor.
+/// A piece of the rest that is smaller than the smallest primitive joins a neighbor.
 pub(crate) const RANSAC: SourceFactory = SourceFactory::numbered_rule(
     "ransac-<PERMILLE>",
     "connected planes, spheres, cylinders and cones found by random trials, each at least PERMILLE thousandths of the area",
@@ -53,7 +54,7 @@ pub(crate) const RANSAC: SourceFactory = SourceFactory::numbered_rule(
 )
 .needing(ShapeKind::Mesh);
 
-/// A triangle that no primitive has.
+/// Marks a triangle that belongs to no primitive.
 const FREE: u32 = u32::MAX;
 
 /// A primitive and the area that it covers around the triangle that proposed it.
@@ -61,15 +62,15 @@ const FREE: u32 = u32::MAX;
 struct Candidate {
     primitive: Primitive,
     first: u32,
-    /// 1 if the surface is outward where the primitive's normal is, -1 if it is hollow.
+    /// 1 if the outward normal of the surface is that of the primitive, -1 if it is opposite, as in a hole.
     side: f64,
     area: f64,
-    /// How many primitives had been taken when the area was measured.
+    /// The number of primitives that had been taken when the area was measured.
     measured_after: u32,
 }
 
 impl Candidate {
-    /// The area, less some percent for types with more parameters: a plane is a cylinder too.
+    /// The area, reduced by some percent for types with more parameters, because a plane is also nearly a cylinder.
     fn worth(&self) -> f64 {
         let simplicity = match self.primitive {
             Primitive::Plane { .. } => 1.0,
@@ -99,12 +100,12 @@ struct Search<'a> {
     /// The primitive of each triangle, or [`FREE`].
     owner: Vec<u32>,
     n_taken: u32,
-    /// The area of all free triangles up to each one.
+    /// The cumulative area of the free triangles up to each triangle.
     cumulative: Vec<f64>,
     candidates: Vec<Candidate>,
-    /// For each triangle, in how many recent candidates of each type it lies.
+    /// For each triangle, the number of recent candidates of each type in which it lies.
     covered: Vec<[u8; 4]>,
-    /// The last support in which each triangle was looked at.
+    /// The number of the last support for which each triangle was tested.
     seen: Vec<u32>,
     n_supports: u32,
 }
@@ -222,7 +223,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// A free triangle a few steps away.
+    /// A free triangle at the end of a short random walk.
     fn walk(&mut self, from: u32) -> u32 {
         let log_steps = below(&mut self.rng, MAX_LOG_STEPS + 1);
         let n_steps = 1 + below(&mut self.rng, 1 << log_steps);
@@ -244,7 +245,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Whether a triangle is on the primitive: all corners are close, and the normal agrees if there is one.
+    /// Whether a triangle is on the primitive: all its corners are close, and its normal agrees, if it has one.
     fn fits(&self, primitive: &Primitive, side: f64, triangle: u32) -> bool {
         let corners = self.mesh.corners(triangle as usize);
         let is_close = corners
@@ -293,7 +294,7 @@ impl<'a> Search<'a> {
         refitted_cone(primitive, &corners.collect::<Vec<Point>>())
     }
 
-    /// The free triangles on the primitive that chains of neighbors connect with the first one.
+    /// The free triangles on the primitive that are connected with the first one by chains of neighbors.
     fn support(&mut self, primitive: &Primitive, first: u32, side: f64) -> Vec<u32> {
         self.n_supports += 1;
         let mut support = vec![first];
@@ -322,7 +323,8 @@ impl<'a> Search<'a> {
             .sum()
     }
 
-    /// The candidate with the largest worth on the triangles that are free now, the first among equals.
+    /// The candidate with the largest worth on the triangles that are currently free. If several are equal, the first one is
+    /// returned.
     fn best(&mut self) -> Option<Candidate> {
         loop {
             let (idx, best) =
@@ -340,7 +342,7 @@ impl<'a> Search<'a> {
             if best.measured_after == self.n_taken {
                 return Some(best);
             }
-            // Areas only fall, so that one old area at a time is measured again.
+            // Areas only decrease, so only the best old area has to be measured again.
             let support = self.support(&best.primitive, best.first, best.side);
             self.candidates[idx].area = self.area_of(&support);
             self.candidates[idx].measured_after = self.n_taken;
@@ -391,7 +393,8 @@ mod tests {
         );
     }
 
-    /// A frustum of 2.3° taper around the z axis. In turn, its facets are wide and narrow, as where a hole has divided them.
+    /// A frustum around the z axis with a taper of 2.3°. Its facets are alternately wide and narrow, as if a hole had divided
+    /// them.
     fn tapered(n: u32, unevenness: f64) -> Vec<[Point; 3]> {
         let at = |radius: f64, idx: u32, z: f64| {
             let shift = if idx % 2 == 1 { unevenness } else { 0.0 };

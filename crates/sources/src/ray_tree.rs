@@ -1,18 +1,17 @@
 //! Finds the first triangle that a ray meets, by a tree of bounding boxes over the triangles of a mesh.
 //!
-//! Takes triangles, then rays. Returns the distance and the triangle. A triangle without area or with a coordinate that
-//! is not finite is never met. Among equal distances the triangle that the tree visits first is met, which is the same each
-//! time.
+//! Takes triangles, then rays. Returns the distance and the triangle. A triangle without area or with a coordinate that is not
+//! finite is never met. At equal distances, the triangle that the tree visits first is met. This is always the same one.
 
 use partprobe_carrier::{Mesh, Point, cross, dot, subtract};
 
-/// Triangles in a leaf of the tree.
+/// Largest number of triangles in a leaf of the tree.
 const LEAF: usize = 4;
 
-/// What a ray has met.
+/// The triangle that a ray meets.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Hit {
-    /// From the origin of the ray, in lengths of its direction.
+    /// The distance from the origin of the ray, in units of the length of its direction.
     pub(crate) distance: f64,
     /// The triangle of the mesh.
     pub(crate) triangle: u32,
@@ -30,13 +29,13 @@ struct Target {
 struct Node {
     low: Point,
     high: Point,
-    /// The first target of a leaf, or the right child; the left child is the next node.
+    /// The first target of a leaf, or the right child. The left child is the next node.
     at: u32,
-    /// How many targets a leaf has; 0 for an inner node.
+    /// The number of targets of a leaf. It is 0 for an inner node.
     n_targets: u32,
 }
 
-/// The triangles of a mesh, sorted so that a ray sees few of them.
+/// The triangles of a mesh, sorted so that only few of them are tested per ray.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct RayTree {
     nodes: Vec<Node>,
@@ -64,7 +63,7 @@ impl RayTree {
         tree
     }
 
-    /// Halves the triangles at their middle along the longest side of their box, again and again.
+    /// Halves the triangles repeatedly, at their middle along the longest side of their box.
     fn build(&mut self) {
         if self.targets.is_empty() {
             return;
@@ -101,7 +100,7 @@ impl RayTree {
         }
     }
 
-    /// The nearest triangle in a direction, farther than `least`, apart from one.
+    /// The nearest triangle in a direction that is farther away than `least`. One triangle is left out.
     pub(crate) fn first_hit(
         &self,
         origin: Point,
@@ -163,7 +162,7 @@ impl Target {
         3.0 * self.corner[axis] + self.sides[0][axis] + self.sides[1][axis]
     }
 
-    /// Where the ray meets the triangle (Möller, Trumbore 1997); -1 if it does not.
+    /// The distance at which the ray meets the triangle (Möller, Trumbore 1997), or -1 if it does not.
     fn distance(&self, origin: Point, direction: Point) -> f64 {
         let [u, v] = self.sides;
         let across = cross(direction, v);
@@ -173,7 +172,7 @@ impl Target {
         let s = inverse * dot(from_corner, across);
         let beside = cross(from_corner, u);
         let t = inverse * dot(direction, beside);
-        // NaN, where the ray is parallel or there is no area, fails each comparison.
+        // If the ray is parallel or there is no area, the values are NaN, and every comparison with NaN is false.
         if s >= 0.0 && t >= 0.0 && s + t <= 1.0 {
             inverse * dot(v, beside)
         } else {
@@ -208,18 +207,18 @@ fn longest_axis(low: Point, high: Point) -> usize {
     }
 }
 
-/// Where the ray enters the box, if it does so before the limit.
+/// The distance at which the ray enters the box. Returns `None` if this is not before the limit.
 fn entry(node: &Node, origin: Point, inverse: Point, limit: f64) -> Option<f64> {
     let mut enters: f64 = 0.0;
     let mut leaves = limit;
     for axis in 0..3 {
         let a = (node.low[axis] - origin[axis]) * inverse[axis];
         let b = (node.high[axis] - origin[axis]) * inverse[axis];
-        // `min` and `max` skip NaN: an origin on the side of a box along which the ray runs is inside.
+        // `min` and `max` ignore NaN, so an origin on a side of the box counts as inside if the ray runs along this side.
         enters = enters.max(a.min(b));
         leaves = leaves.min(a.max(b));
     }
-    // A flat box has rounding on its side.
+    // The small factor allows for rounding at a flat box.
     (enters <= leaves * (1.0 + 1e-12)).then_some(enters)
 }
 

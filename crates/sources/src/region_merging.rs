@@ -6,11 +6,11 @@ use std::collections::{BTreeMap, BTreeSet};
 /// The common side of two triangles.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Border {
-    /// The two triangles, the lower first.
+    /// The two triangles. The lower one comes first.
     pub between: [u32; 2],
-    /// The two welded vertices at the ends of the side, the lower first; the two points themselves in a cloud.
+    /// The two welded vertices at the ends of the side, the lower one first. In a cloud, they are the two points themselves.
     pub side: [u32; 2],
-    /// Length of the side; 1 in a cloud.
+    /// Length of the side. It is 1 in a cloud.
     pub length: f64,
 }
 
@@ -19,7 +19,7 @@ pub struct Border {
 /// All pairs would be too many where thousands of triangles without area meet at one side.
 const MAX_ALL_PAIRS: usize = 16;
 
-/// How many nearest points are the neighbors of a point of a cloud.
+/// The number of nearest points that are the neighbors of a point of a cloud.
 const N_NEIGHBORS: usize = 8;
 
 /// The pairs of triangles that share a side of the welded mesh, or the pairs of neighboring points of a cloud.
@@ -31,7 +31,7 @@ pub(crate) fn borders_of(mesh: &Mesh) -> Vec<Border> {
     }
 }
 
-/// The pairs of points of which one is among the nearest of the other.
+/// The pairs of points in which one point is among the nearest points of the other.
 fn borders_of_points(cloud: &Mesh) -> Vec<Border> {
     let points: Vec<_> = cloud
         .triangles
@@ -58,7 +58,7 @@ fn borders_of_points(cloud: &Mesh) -> Vec<Border> {
 
 /// The pairs of triangles that share a side, in the order of the sides' vertices.
 ///
-/// A side with more than two triangles gives every pair, and a side with more than 16 gives a chain of them.
+/// A side with more than two triangles gives all pairs of them, and a side with more than 16 triangles gives a chain of pairs.
 #[must_use]
 pub fn welded_borders(mesh: &WeldedMesh) -> Vec<Border> {
     let mut sides: Vec<([u32; 2], u32)> = Vec::with_capacity(3 * mesh.triangles.len());
@@ -102,7 +102,7 @@ pub(crate) struct Region {
 }
 
 impl Region {
-    /// The regions that pieces of triangles are.
+    /// The regions that consist of these pieces of triangles.
     pub(crate) fn of_pieces(
         pieces: &Partition,
         triangle_areas: &[f64],
@@ -124,7 +124,7 @@ impl Region {
         regions
     }
 
-    /// The neighbor with the longest common border, the lowest among equals.
+    /// The neighbor with the longest common border. If several are equal, the lowest one is returned.
     fn closest_neighbor(&self) -> Option<u32> {
         let longest =
             self.neighbors
@@ -140,10 +140,10 @@ impl Region {
     }
 }
 
-/// The region that each region ends in, when the smallest one joins its closest neighbor until `n_max` are left.
+/// Joins the smallest region to its closest neighbor until `n_max` regions are left. Returns the final region of each region.
 pub(crate) fn merge_to_at_most(mut regions: Vec<Region>, n_max: usize) -> Vec<u32> {
     let mut into: Vec<u32> = (0..).take(regions.len()).collect();
-    // Areas are not negative, so their bits sort as they do.
+    // Areas are not negative, so their bits have the same order as the areas.
     let mut by_area: BTreeSet<(u64, u32)> = into
         .iter()
         .map(|&region| (regions[region as usize].area.to_bits(), region))
@@ -164,12 +164,12 @@ pub(crate) fn merge_to_at_most(mut regions: Vec<Region>, n_max: usize) -> Vec<u3
     ends_of(into)
 }
 
-/// The region that each region ends in, when each one below this area joins its closest neighbor, the smallest first.
+/// Joins each region below this area to its closest neighbor, the smallest first. Returns the final region of each region.
 ///
-/// A region without neighbors stays, with any area.
+/// A region without neighbors is kept, even if it is small.
 pub(crate) fn absorb_smaller_than(mut regions: Vec<Region>, min_area: f64) -> Vec<u32> {
     let mut into: Vec<u32> = (0..).take(regions.len()).collect();
-    // Areas are not negative, so their bits sort as they do.
+    // Areas are not negative, so their bits have the same order as the areas.
     let mut small: BTreeSet<(u64, u32)> = into
         .iter()
         .map(|&region| (regions[region as usize].area.to_bits(), region))
@@ -190,7 +190,7 @@ pub(crate) fn absorb_smaller_than(mut regions: Vec<Region>, min_area: f64) -> Ve
     ends_of(into)
 }
 
-/// Follows each region to the last one that it has joined.
+/// Follows each region to the last region that it has joined.
 fn ends_of(mut into: Vec<u32>) -> Vec<u32> {
     for region in 0..into.len() {
         let mut end = into[region];
@@ -202,7 +202,7 @@ fn ends_of(mut into: Vec<u32>) -> Vec<u32> {
     into
 }
 
-/// Hands the area and the borders of `from` over to `host`.
+/// Adds the area and the borders of `from` to `host`.
 fn absorb(regions: &mut [Region], host: u32, from: u32) {
     let gone = std::mem::take(&mut regions[from as usize]);
     regions[host as usize].area += gone.area;
@@ -246,7 +246,7 @@ mod tests {
         check(&[5.0, 1.0, 9.0], &[(0, 1, 1.0), (1, 2, 2.0)], 3, &[0, 1, 2]);
         check(&[5.0, 1.0, 9.0], &[(0, 1, 1.0), (1, 2, 2.0)], 2, &[0, 2, 2]);
         check(&[5.0, 1.0, 9.0], &[(0, 1, 2.0), (1, 2, 2.0)], 2, &[0, 0, 2]);
-        // 1 joins 0, whose border with 2 is then 2 + 3; 3 is larger and stays.
+        // Region 1 joins 0, whose border with 2 is then 2 + 3. Region 3 is larger and remains.
         check(
             &[2.0, 1.0, 9.0, 6.0],
             &[(0, 1, 5.0), (1, 2, 2.0), (0, 2, 3.0), (0, 3, 4.0)],
@@ -264,7 +264,7 @@ mod tests {
         };
         check(&[], &[], &[]);
         check(&[5.0, 1.0, 9.0], &[(0, 1, 1.0), (1, 2, 2.0)], &[0, 2, 2]);
-        // Two small ones are one that is large enough.
+        // Two small regions together are large enough.
         check(&[2.0, 1.0, 9.0], &[(0, 1, 5.0), (0, 2, 1.0)], &[0, 0, 2]);
         check(&[1.0, 1.0, 9.0], &[(0, 1, 5.0), (1, 2, 1.0)], &[2, 2, 2]);
         check(&[1.0, 9.0], &[], &[0, 1]);

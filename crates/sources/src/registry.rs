@@ -43,7 +43,7 @@ pub const SOURCES: &[SourceFactory] = &[
 /// The built-in source with this name, in an empty context.
 ///
 /// # Errors
-/// If no source has this name, or the number at its end is not possible; the message lists what is.
+/// If no source has this name, or the number at its end is not possible. The message lists the possible names or numbers.
 pub fn source_named(name: &str) -> Result<BoxedSource, SourceError> {
     source_among(SOURCES, name, &SourceContext::default())
 }
@@ -77,7 +77,7 @@ pub fn source_among<'a>(
     for factory in &factories {
         match factory.make(name, context) {
             Some(Ok(source)) => return Ok(source),
-            // A later pattern may fit better: `ward-match` begins as `ward-<K>` does.
+            // A later pattern may fit better: `ward-match` begins like `ward-<K>`.
             Some(Err(error)) => refusal = refusal.or(Some(error)),
             None => known.push(factory.pattern().to_owned()),
         }
@@ -103,7 +103,7 @@ pub(crate) mod tests {
         Face::new(1, FaceType::Plane, 1.0)
     }
 
-    /// A carrier with these faces, no edges, and one triangle for each face.
+    /// A carrier with these faces, no edges, and one triangle per face.
     pub(crate) fn carrier_of_faces(faces: Vec<Face>) -> Carrier {
         let mesh = Mesh {
             vertices: vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],

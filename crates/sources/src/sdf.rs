@@ -1,16 +1,16 @@
 //! Finds regions of similar thickness by the shape diameter function: `sdf-<K>`.
 //!
-//! In goes the mesh alone. From each small triangle, rays go inward in a cone, and their lengths give the thickness of the body
-//! there (Shapira, Shamir, Cohen-Or 2008). The logarithms of the thicknesses are smoothed along the surface and grouped
-//! into at most K classes that differ by at least 15 %; a label is a connected piece of one class. There may be more labels than K.
+//! Only the mesh is used. From each small triangle, rays go inward in a cone, and their lengths give the thickness of the body at
+//! this point (Shapira, Shamir, Cohen-Or 2008). The logarithms of the thicknesses are smoothed along the surface and grouped into
+//! at most K classes that differ by at least 15 %; a label is a connected piece of one class. So there may be more labels than K.
 //!
 //! Two choices differ from the publication. The classes come from an exact k-means on one number, not from a mixture of
-//! Gaussians, so that nothing is random. And no graph cut moves the boundaries; pieces below 0.5 % of the area join the
-//! neighbor with the longest common border instead.
+//! Gaussians, so nothing is random. No graph cut moves the boundaries. Instead, pieces below 0.5 % of the area join the neighbor
+//! with the longest common border.
 //!
-//! A ray that leaves through an opening does not count. A triangle of whose rays fewer than half meet the mesh has no thickness
-//! of its own and takes that of the triangles next to it; a component without any thickness counts as one of the diagonal of
-//! the bounding box.
+//! A ray that leaves through an opening does not count. If fewer than half of its rays meet the mesh, a triangle takes the
+//! thickness of the triangles next to it. If a component has no thickness at all, its thickness is the diagonal of the bounding
+//! box.
 
 use crate::basis::across;
 use crate::factory::SourceFactory;
@@ -25,28 +25,29 @@ use partprobe_carrier::{Mesh, Partition, Point, ShapeKind, dot};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// Rays in the cone of one triangle.
+/// Number of rays in the cone of one triangle.
 const N_RAYS: usize = 25;
 
 /// Half the opening angle of the cone, in degrees.
 const HALF_ANGLE_DEG: f64 = 60.0;
 
-/// Triangles that face one way in one cell of this side, as a fraction of the diagonal, share their rays.
+/// Triangles in the same cell that face in the same direction share their rays. This is the side of a cell, as a fraction of the
+/// diagonal.
 const CELL_FRACTION: f64 = 1.0 / 64.0;
 
-/// A ray meets nothing this close to its origin, as a fraction of the diagonal.
+/// Triangles that are closer to the origin of a ray than this fraction of the diagonal are ignored.
 const LEAST_FRACTION: f64 = 1e-6;
 
-/// Rounds of smoothing.
+/// Number of rounds of smoothing.
 const SMOOTHING_ROUNDS: usize = 4;
 
 /// Logarithms of thicknesses that differ by this much hardly smooth each other.
 const SMOOTHING_WIDTH: f64 = 0.15;
 
-/// Classes whose mean logarithms differ by less are one class, so that the facets of a ball are not told apart.
+/// Classes whose mean logarithms differ by less than this are joined, so that the facets of a ball are not separated.
 const LEAST_STEP: f64 = 0.15;
 
-/// Smaller pieces than this fraction of the area join a neighbor.
+/// Pieces that are smaller than this fraction of the area join a neighbor.
 const MIN_PIECE: f64 = 0.005;
 
 /// Classes of thickness, cut into connected pieces.
@@ -61,7 +62,7 @@ pub(crate) const SDF: SourceFactory = SourceFactory::numbered_rule(
 )
 .needing(ShapeKind::Mesh);
 
-/// The shape diameter at each triangle of a mesh, in millimeters; `None` where most rays leave the mesh.
+/// The shape diameter at each triangle of a mesh, in millimeters. It is `None` where most rays leave the mesh.
 ///
 /// It is the robust mean length of 25 rays in an inward cone of 120°, before any smoothing.
 #[must_use]
@@ -113,7 +114,7 @@ fn diameters(mesh: &Mesh, fine: &Mesh) -> Vec<Option<f64>> {
         .collect()
 }
 
-/// Where a cone of rays begins.
+/// The origin of a cone of rays.
 #[derive(Clone, Copy, Debug)]
 struct Origin {
     point: Point,
@@ -121,7 +122,7 @@ struct Origin {
     area: f64,
 }
 
-/// Triangles close to each other that face about the same way.
+/// Groups of triangles that are close to each other and have similar normals.
 struct Groups {
     /// The centroid and normal of the largest triangle in each group.
     origins: Vec<Origin>,
@@ -164,7 +165,7 @@ struct Cone {
     tree: RayTree,
     /// The normal of each triangle of the mesh.
     normals: Vec<Point>,
-    /// Each ray by its parts along two directions of the surface and inward, and the weight of its length.
+    /// Each ray: its components along two directions of the surface and inward, and the weight of its length.
     rays: Vec<(Point, f64)>,
     least: f64,
 }
@@ -181,7 +182,8 @@ impl Cone {
         }
     }
 
-    /// The weighted mean of the lengths within one standard deviation of the median, if at least half of the rays have one.
+    /// The weighted mean of the lengths within one standard deviation of the median. Returns `None` if fewer than half of the
+    /// rays have a length.
     fn diameter(&self, origin: &Origin) -> Option<f64> {
         if origin.normal == [0.0; 3] {
             return None;
@@ -193,7 +195,7 @@ impl Cone {
             let hit = self
                 .tree
                 .first_hit(origin.point, direction, self.least, u32::MAX)?;
-            // A surface that is met from outside is not the far side of the body.
+            // If a ray meets a surface from outside, this is not the far side of the body.
             let is_far_side = dot(self.normals[hit.triangle as usize], direction) > 0.0;
             is_far_side.then_some((hit.distance, weight))
         };
@@ -205,7 +207,7 @@ impl Cone {
     }
 }
 
-/// The rays of a cone, evenly spread over its base (Vogel 1979), those near the middle with more weight.
+/// The rays of a cone, evenly spread over its base (Vogel 1979). Rays near the middle have more weight.
 fn spiral() -> Vec<(Point, f64)> {
     let golden_angle = std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
     let widest = HALF_ANGLE_DEG.to_radians().tan();
@@ -238,7 +240,7 @@ fn robust_mean(mut lengths: Vec<(f64, f64)>) -> Option<f64> {
     (weights > 0.0).then(|| sum / weights)
 }
 
-/// The known diameters, spread ring by ring over triangles without one; `otherwise` where no ring arrives.
+/// The known diameters, spread ring by ring to triangles without a diameter. Triangles that no ring reaches get `otherwise`.
 fn filled(surface: &Surface, known: &[Option<f64>], otherwise: f64) -> Vec<f64> {
     let mut values = known.to_vec();
     let mut ring: Vec<u32> = (0..)
@@ -271,7 +273,7 @@ fn filled(surface: &Surface, known: &[Option<f64>], otherwise: f64) -> Vec<f64> 
         .collect()
 }
 
-/// Takes means of the logarithms over neighbors, those of similar thickness and with long borders above all.
+/// Replaces the logarithms by means over neighbors. Neighbors with a similar thickness and a long border have more weight.
 fn smooth(surface: &Surface, thickness: &mut [f64]) {
     let mut logs: Vec<f64> = thickness
         .iter()
@@ -311,7 +313,8 @@ fn smooth(surface: &Surface, thickness: &mut [f64]) {
     }
 }
 
-/// The class of each thickness, the thinnest first; at most `n_max`, and fewer where they would hardly differ.
+/// The class of each thickness. The thinnest class comes first. There are at most `n_max` classes, and fewer if they would hardly
+/// differ.
 fn classes_of(thickness: &[f64], areas: &[f64], n_max: usize) -> Vec<u32> {
     let logs: Vec<f64> = thickness
         .iter()
@@ -333,7 +336,7 @@ fn classes_of(thickness: &[f64], areas: &[f64], n_max: usize) -> Vec<u32> {
         .unwrap_or_else(|| vec![0; logs.len()])
 }
 
-/// The smallest difference of the means of two classes that follow each other; infinite for a single class.
+/// The smallest difference between the means of two consecutive classes. It is infinite for a single class.
 fn least_gap(values: &[f64], weights: &[f64], classes: &[u32]) -> f64 {
     let n_classes = classes.iter().max().map_or(0, |&last| last as usize + 1);
     let mut sums = vec![(0.0, 0.0); n_classes];
@@ -367,7 +370,7 @@ mod tests {
 
     #[test]
     fn the_diameter_is_the_thickness() {
-        // A thin plate: both large sides see each other, a little obliquely.
+        // A thin plate. Rays from each large side meet the other one, slightly obliquely.
         let plate = cuboid([0.0; 3], [10.0, 10.0, 0.1]);
         let diameters = shape_diameters(&mesh_of(&plate));
         for found in &diameters[8..12] {

@@ -12,7 +12,7 @@ pub trait LabelSource {
     /// The name in configs, scores and folders, for example `normal-kmeans-20`.
     fn name(&self) -> &str;
 
-    /// Labels the whole surface, or all points of a cloud; `seed` matters to sources that draw random numbers only.
+    /// Labels the whole surface, or all points of a cloud. Only sources that draw random numbers use `seed`.
     ///
     /// # Errors
     /// If the source cannot label this carrier.
@@ -28,14 +28,15 @@ pub trait LabelSource {
 
 /// A rule that may cut through a triangle: it labels each point of the surface by its position.
 pub trait PointRule: Debug + Send + Sync {
-    /// The label of a point in millimeters that lies on this triangle of the carrier; negative where there is none.
+    /// The label of a point in millimeters that lies on this triangle of the carrier. A negative number means that it has no
+    /// label.
     fn label(&self, triangle: u32, point: Point) -> i32;
 }
 
 /// The labels that a source gives to the surface of one carrier.
 ///
-/// Most sources are constant on each triangle of the plain carrier: rules on faces are, and so are clusters of
-/// triangle normals, because refinement leaves a triangle's normal, area and neighbors' borders alone.
+/// The labels of most sources are constant on each triangle of the plain carrier. This holds for rules on faces. It also holds
+/// for clusters of triangle normals, because refinement does not change a triangle's normal, area or borders.
 #[derive(Clone, Debug)]
 pub struct SourceLabels {
     of_plain: Labels,
@@ -45,12 +46,12 @@ pub struct SourceLabels {
     class_of_face: Option<Arc<[Option<String>]>>,
 }
 
-/// Where labels come from that no rule of this crate made.
+/// The origin of labels that were not made by a rule of this crate.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Origin {
     /// SHA-256 of the labels that were imported for this shape, in hexadecimal. It tells whether a label file has changed.
     pub content_hash: String,
-    /// How they were joined to the carrier, in one line, with the counts of what did not match.
+    /// How the labels were joined to the carrier, in one line, with the counts of items that did not match.
     pub join: String,
 }
 
@@ -89,7 +90,7 @@ impl SourceLabels {
         Self::on_faces(mesh, LabelLayer::from(parts).of_face())
     }
 
-    /// One label for each region of triangles, numbered by the regions' lowest triangles.
+    /// One label per region of triangles. Regions are numbered in the order of their lowest triangles.
     #[must_use]
     pub(crate) fn of_regions(region_of_triangle: &[u32]) -> Self {
         let regions = Partition::from_keys(region_of_triangle);
@@ -101,9 +102,9 @@ impl SourceLabels {
         Self::on_plain(Labels::compacted(&raw))
     }
 
-    /// Labels that depend on the position; a triangle as a whole takes the label of its centroid.
+    /// Labels that depend on the position. A triangle as a whole takes the label of its centroid.
     ///
-    /// Points keep the rule's own numbers, while the labels of the triangles are numbered without gaps.
+    /// Points have the numbers of the rule. The labels of the triangles are numbered without gaps.
     #[must_use]
     pub fn on_points(mesh: &Mesh, rule: Arc<dyn PointRule>) -> Self {
         let at_centroid =
@@ -118,27 +119,27 @@ impl SourceLabels {
         }
     }
 
-    /// The same labels with a note of where they come from.
+    /// The same labels with a note about their origin.
     #[must_use]
     pub fn with_origin(mut self, origin: Origin) -> Self {
         self.origin = Some(origin);
         self
     }
 
-    /// The same labels with the class of each face, by a name that means the same in all shapes.
+    /// The same labels with the class of each face. The name of a class has the same meaning in all shapes.
     #[must_use]
     pub fn with_classes(mut self, class_of_face: Vec<Option<String>>) -> Self {
         self.class_of_face = Some(class_of_face.into());
         self
     }
 
-    /// The class of each face, or `None` if the labels mean something in their own shape only.
+    /// The class of each face, or `None` if the labels have a meaning only within their shape.
     #[must_use]
     pub fn classes(&self) -> Option<&[Option<String>]> {
         self.class_of_face.as_deref()
     }
 
-    /// Where the labels come from, or `None` if a rule made them from the carrier alone.
+    /// The origin of the labels, or `None` if a rule made them from the carrier alone.
     #[must_use]
     pub fn origin(&self) -> Option<&Origin> {
         self.origin.as_ref()
@@ -197,14 +198,14 @@ impl SourceLabels {
     }
 }
 
-/// Why a source, or a label, cannot be had.
+/// The reason why a source or its labels are not available.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SourceError {
     /// No source has this name.
     #[error("`{name}` is not a label source; the known ones are {known}")]
     Unknown {
-        /// The name that was asked for.
+        /// The requested name.
         name: String,
         /// The names that exist, separated by commas.
         known: String,
@@ -214,7 +215,7 @@ pub enum SourceError {
         "`{name}` does not end with a possible number; put a whole number from {min} to {max} at its end"
     )]
     Number {
-        /// The name that was asked for.
+        /// The requested name.
         name: String,
         /// The lowest number that the source accepts.
         min: u32,
@@ -229,7 +230,7 @@ pub enum SourceError {
         /// The parameter that is missing.
         parameter: String,
     },
-    /// A layer of a carrier is asked for, and the source does not label whole faces.
+    /// A layer of a carrier was requested, but the source does not label whole faces.
     #[error(
         "the labels of `{source_name}` are not constant on faces, so that a carrier cannot store them as a layer; \
          use `sample --source {source_name}`"
@@ -238,7 +239,7 @@ pub enum SourceError {
         /// The name of the source.
         source_name: String,
     },
-    /// The source needs what the shape does not hold.
+    /// The source needs data that the shape does not have.
     #[error(
         "the source `{source_name}` needs {}, and this shape is {found}; use a source that does not, for example `{}`",
         needed(*needs),
@@ -247,15 +248,15 @@ pub enum SourceError {
     Kind {
         /// The name of the source.
         source_name: String,
-        /// What it needs.
+        /// The kind of shape that it needs.
         needs: ShapeKind,
-        /// What the shape was read from.
+        /// The kind of the shape.
         found: ShapeKind,
     },
-    /// The source has nothing to say of this shape.
+    /// The source cannot give this shape useful labels.
     #[error("{reason}")]
     Unfit {
-        /// Why, and which source fits better.
+        /// The reason, and a source that fits better.
         reason: String,
     },
     /// The sample was drawn from another carrier.
@@ -265,7 +266,7 @@ pub enum SourceError {
     OtherCarrier {
         /// The triangle that a point names.
         triangle: u32,
-        /// How many triangles the labels are for.
+        /// The number of labeled triangles.
         n_triangles: usize,
     },
 }

@@ -1,13 +1,13 @@
 //! Gives a fraction of the faces the label of another part: `step-flipped-<PERCENT>`.
 //!
-//! The share counts faces, not area. Every wrong face is wrong as a whole.
+//! The fraction refers to the number of faces, not to their area. A face is wrong or right as a whole.
 
 use crate::degraded::{below, shuffle, step_parts};
 use crate::factory::SourceFactory;
 use crate::source::SourceLabels;
 use partprobe_carrier::{Partition, Rng, ShapeKind, keyed_rng};
 
-/// The faces that are wrong at a lower share are wrong in the same way at a higher one.
+/// The faces that are wrong at a lower fraction are wrong in the same way at a higher one.
 pub(crate) const STEP_FLIPPED: SourceFactory = SourceFactory::numbered_rule(
     "step-flipped-<PERCENT>",
     "step-parts with PERCENT of the faces in a random other part",
@@ -24,7 +24,7 @@ pub(crate) const STEP_FLIPPED: SourceFactory = SourceFactory::numbered_rule(
 .labeling_faces()
 .needing(ShapeKind::Brep);
 
-/// The part of each face, after the share of faces was given to others; a single part stays as it is.
+/// The part of each face after the given fraction of faces was assigned to other parts. A single part does not change.
 fn flipped(parts: &Partition, percent: u32, rng: &mut Rng) -> Vec<u32> {
     let n_parts = parts.n_parts() as usize;
     let mut labels = parts.parts().to_vec();
@@ -36,7 +36,7 @@ fn flipped(parts: &Partition, percent: u32, rng: &mut Rng) -> Vec<u32> {
     shuffle(&mut order, rng);
     let n_flipped = (labels.len() * percent as usize + 50) / 100;
     for &face in &order[..n_flipped.min(order.len())] {
-        // One of the other parts, each as often as any.
+        // One of the other parts, all with the same probability.
         let step = 1 + below(rng, n_parts - 1);
         labels[face] = ((labels[face] as usize + step) % n_parts) as u32;
     }
@@ -64,7 +64,7 @@ mod tests {
             prop_assert_eq!(n_wrong, n_expected);
             prop_assert!(labels.iter().all(|&label| label < parts.n_parts().max(1)));
 
-            // A higher dose keeps what a lower one has done.
+            // A higher dose keeps the changes of a lower dose.
             let more = flipped(&parts, (percent + 10).min(100), &mut rng());
             for ((&before, &after), is_wrong) in labels.iter().zip(&more).zip(wrong(&labels)) {
                 prop_assert!(!is_wrong || before == after);

@@ -1,8 +1,8 @@
 //! Moves the boundaries of STEP-Parts by a radius: `step-jittered-<PERMILLE>`.
 //!
-//! The parts and their neighbors stay; the places of the boundaries are wrong. At each common boundary of two parts a
-//! random one of them loses what lies within the radius, and the other one takes it. Distances are straight: behind a wall
-//! that is thinner than the radius, the far side of a part can be lost too.
+//! The parts and their neighbors remain, but the positions of the boundaries are wrong. At each common boundary of two parts, one
+//! of them at random loses the region within the radius to the other. Distances are Euclidean: if a wall is thinner than the
+//! radius, its far side can be lost, too.
 
 use crate::degraded::step_parts;
 use crate::factory::SourceFactory;
@@ -28,7 +28,7 @@ pub(crate) const STEP_JITTERED: SourceFactory = SourceFactory::numbered_rule(
 )
 .needing(ShapeKind::Brep);
 
-/// A piece of a boundary, at which a part loses to another one.
+/// A piece of a boundary at which one part loses a region to another one.
 #[derive(Clone, Copy, Debug)]
 struct Front {
     from: Point,
@@ -50,7 +50,7 @@ impl Front {
         dot(rest, rest)
     }
 
-    /// A cheap bound: whether the box around the piece comes nearer than the radius on every axis.
+    /// A cheap test: whether the box around the piece is nearer than the radius on every axis.
     fn may_reach(&self, point: Point, radius: f64) -> bool {
         (0..3).all(|axis| {
             let (low, high) = (
@@ -65,7 +65,7 @@ impl Front {
 #[derive(Debug)]
 struct MovedBoundaries {
     part_of_triangle: Vec<u32>,
-    /// The fronts at which each part loses.
+    /// For each part, the fronts at which it loses a region.
     fronts: Vec<Vec<Front>>,
     radius: f64,
 }
@@ -113,7 +113,7 @@ impl MovedBoundaries {
         }
     }
 
-    /// The winner at the nearest front within the radius, or the part itself.
+    /// The part that wins at the nearest front within the radius, or the part itself.
     fn winner(&self, part: u32, point: Point) -> u32 {
         let near = self.fronts[part as usize]
             .iter()

@@ -1,6 +1,6 @@
 //! Merges random neighbors of STEP-Parts: `step-merged-<K>` and `step-merged-share-<PERCENT>`.
 //!
-//! Every boundary that is left is a true one; some true boundaries are missing.
+//! Every boundary that remains is a true one, but some true boundaries are missing.
 
 use crate::degraded::{shuffle, step_parts};
 use crate::factory::SourceFactory;
@@ -17,7 +17,8 @@ pub(crate) const STEP_MERGED: SourceFactory = SourceFactory::numbered_rule(
 .labeling_faces()
 .needing(ShapeKind::Brep);
 
-/// The same by a share, so that shapes with many and with few parts have the same dose: 0 keeps all parts, 100 one.
+/// The same with a fraction instead of a number, so that shapes with many and with few parts have the same dose. 0 keeps all
+/// parts, and 100 keeps one.
 ///
 /// With n parts, PERCENT of the n - 1 possible merges are done, rounded to the nearest number.
 pub(crate) const STEP_MERGED_SHARE: SourceFactory = SourceFactory::numbered_rule(
@@ -34,27 +35,27 @@ pub(crate) const STEP_MERGED_SHARE: SourceFactory = SourceFactory::numbered_rule
 .labeling_faces()
 .needing(ShapeKind::Brep);
 
-/// STEP-Parts of which neighbors are merged until at most `n_max` are left.
+/// The STEP-Parts after neighbors were merged until at most `n_max` are left.
 pub(crate) fn merged_to(carrier: &Carrier, n_max: u32, seed: u64) -> SourceLabels {
     let parts = step_parts(carrier);
     let merged = merged_parts(carrier, &parts, n_max, seed);
     SourceLabels::on_partition(carrier.mesh(), &merged)
 }
 
-/// How many parts a share of merges leaves.
+/// The number of parts after a fraction of the possible merges.
 fn n_left(n_parts: u32, percent: u32) -> u32 {
     let possible = u64::from(n_parts.saturating_sub(1));
     let n_merges = (possible * u64::from(percent) + 50) / 100;
     n_parts - n_merges as u32
 }
 
-/// Both sources merge in one order, so that equal numbers of parts are equal parts.
+/// Both sources merge in the same order, so equal numbers of parts give equal parts.
 fn merged_parts(carrier: &Carrier, parts: &Partition, n_max: u32, seed: u64) -> Partition {
     let mut rng = keyed_rng(seed, &["step-merged", &carrier.meta().id]);
     merged(carrier.graph(), parts, n_max, &mut rng)
 }
 
-/// Joins neighbors in a random order; parts without a common edge follow once no neighbors are left.
+/// Joins neighbors in a random order. Parts without a common edge are joined after all neighbors.
 fn merged(graph: &FaceGraph, parts: &Partition, n_max: u32, rng: &mut Rng) -> Partition {
     let mut neighbors: Vec<[u32; 2]> = graph
         .boundary_lengths(parts.parts())
@@ -87,7 +88,7 @@ fn merged(graph: &FaceGraph, parts: &Partition, n_max: u32, rng: &mut Rng) -> Pa
     Partition::from_keys(&keys)
 }
 
-/// The lowest part of the group; halves the path on its way.
+/// The lowest part of the group. The search halves the path.
 fn root(group: &mut [u32], mut part: u32) -> u32 {
     while group[part as usize] != part {
         let next = group[group[part as usize] as usize];
@@ -103,7 +104,7 @@ mod tests {
     use crate::registry::tests::plain_face;
     use partprobe_carrier::Edge;
 
-    /// A chain of faces, and one face beside it.
+    /// A chain of faces, and one separate face.
     #[track_caller]
     fn check(n_max: u32, n_expected: u32) {
         let edge = |n: u32| Edge {
@@ -121,7 +122,7 @@ mod tests {
             let found = merged(&graph, &parts, n_max, &mut keyed_rng(seed, &["test"]));
             assert_eq!(found.n_parts(), n_expected);
             if n_max >= 2 {
-                // The face without neighbors stays alone as long as others can be merged.
+                // The face without neighbors is not merged as long as others can be merged.
                 assert_eq!(
                     found
                         .parts()

@@ -1,6 +1,6 @@
 //! Cuts random parts of STEP-Parts by planes until there are K: `step-split-<K>`.
 //!
-//! Every true boundary is kept; some boundaries are false. A cut goes through triangles, so labels belong to points.
+//! Every true boundary is kept, and some false boundaries are added. A cut goes through triangles, so labels belong to points.
 
 use crate::degraded::{below, step_parts};
 use crate::factory::SourceFactory;
@@ -13,10 +13,10 @@ use std::sync::Arc;
 /// Cuts are placed between points of a sample of this size, so that both sides have some area.
 const N_POINTS: usize = 8192;
 
-/// Draws of a pair of points for one cut before the shape counts as too small to be cut again.
+/// The number of draws of a pair of points for one cut. After that, the shape counts as too small to be cut again.
 const N_DRAWS: usize = 100;
 
-/// The parts of a larger K are pieces of those of a smaller one. A shape with K parts or more stays as it is.
+/// The parts of a larger K are pieces of those of a smaller one. A shape with K parts or more does not change.
 pub(crate) const STEP_SPLIT: SourceFactory = SourceFactory::numbered_rule(
     "step-split-<K>",
     "step-parts with random parts cut by random planes until there are K",
@@ -25,7 +25,7 @@ pub(crate) const STEP_SPLIT: SourceFactory = SourceFactory::numbered_rule(
 )
 .needing(ShapeKind::Brep);
 
-/// STEP-Parts of which pieces are cut until there are `n_wanted`.
+/// The STEP-Parts after pieces were cut until there are `n_wanted`.
 pub(crate) fn split_to(carrier: &Carrier, n_wanted: u32, seed: u64) -> SourceLabels {
     let mut rng = keyed_rng(seed, &["step-split", &carrier.meta().id]);
     let rule = SplitParts::new(carrier, n_wanted, &mut rng);
@@ -36,7 +36,7 @@ pub(crate) fn split_to(carrier: &Carrier, n_wanted: u32, seed: u64) -> SourceLab
 #[derive(Clone, Copy, Debug)]
 struct Cut {
     piece: u32,
-    /// The label of what lies in the direction of the normal.
+    /// The label of the region in the direction of the normal.
     beyond: u32,
     normal: Point,
     through: Point,
@@ -53,7 +53,7 @@ impl Cut {
 #[derive(Debug)]
 struct SplitParts {
     part_of_triangle: Vec<u32>,
-    /// In the order in which they were made: a later cut may divide a piece of an earlier one.
+    /// The cuts in the order in which they were made, because a later cut may divide a piece of an earlier one.
     cuts: Vec<Cut>,
 }
 
@@ -66,7 +66,7 @@ impl SplitParts {
             .iter()
             .map(|&face| parts.parts()[face as usize])
             .collect();
-        // Without area there is nothing to cut.
+        // Without an area, there is nothing to cut.
         let sample = sample_by_area(mesh, N_POINTS, NormalKind::Triangle, rng).unwrap_or_default();
         let points: Vec<Point> = sample
             .points
@@ -107,7 +107,7 @@ impl PointRule for SplitParts {
     }
 }
 
-/// The plane halfway between two random points of one piece; a piece is chosen by its area.
+/// The plane halfway between two random points of one piece. The probability of a piece is proportional to its area.
 fn random_cut(points: &[Point], labels: &[u32], beyond: u32, rng: &mut Rng) -> Option<Cut> {
     (0..N_DRAWS).find_map(|_| {
         let first = below(rng, points.len());

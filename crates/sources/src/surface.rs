@@ -7,7 +7,7 @@ use crate::region_merging::{Border, borders_of};
 use crate::triangle_normal::normals_and_areas;
 use partprobe_carrier::{Mesh, Partition, Point};
 
-/// What the segmentations of a mesh ask of it; all numbers are finite.
+/// The data of a mesh that segmentations need. All numbers are finite.
 #[derive(Clone, Debug)]
 pub(crate) struct Surface {
     /// The unit normal of each triangle, 0 for a triangle without area.
@@ -16,7 +16,7 @@ pub(crate) struct Surface {
     pub(crate) areas: Vec<f64>,
     /// The common sides of the triangles.
     pub(crate) borders: Vec<Border>,
-    /// Where the neighbors of each triangle begin in `neighbors`, and the end of the last.
+    /// The index in `neighbors` of the first neighbor of each triangle, and the length of `neighbors` at the end.
     first: Vec<usize>,
     neighbors: Vec<u32>,
 }
@@ -42,20 +42,20 @@ impl Surface {
         self.areas.len()
     }
 
-    /// The triangles that share a side with this one; one that shares two sides is listed twice.
+    /// The triangles that share a side with this one. A triangle that shares two sides is listed twice.
     pub(crate) fn neighbors(&self, triangle: u32) -> &[u32] {
         let triangle = triangle as usize;
         &self.neighbors[self.first[triangle]..self.first[triangle + 1]]
     }
 
-    /// The triangles that chains of neighbors connect.
+    /// The connected components of the triangles.
     pub(crate) fn components(&self) -> Partition {
         let pairs = self.borders.iter().map(|border| border.between);
         Partition::from_joined_pairs(self.n_triangles(), pairs)
     }
 }
 
-/// The neighbors of all triangles in one list, and where those of each triangle begin.
+/// The start of each triangle's neighbors, and the neighbors of all triangles in one list.
 fn neighbors_of(n_triangles: usize, borders: &[Border]) -> (Vec<usize>, Vec<u32>) {
     let mut first = vec![0; n_triangles + 1];
     for triangle in borders.iter().flat_map(|border| border.between) {
@@ -84,7 +84,7 @@ pub(crate) mod tests {
     use super::*;
     use partprobe_carrier::{cross, weld};
 
-    /// A mesh in which each triangle has corners of its own.
+    /// A mesh in which each triangle has its own corners.
     pub(crate) fn mesh_of(triangles: &[[Point; 3]]) -> Mesh {
         let n_triangles = triangles.len();
         Mesh {
@@ -106,7 +106,7 @@ pub(crate) mod tests {
         [[a, b, c], [a, c, d]]
     }
 
-    /// A cuboid with its lowest corner at `corner`, two triangles for each side, outward.
+    /// A cuboid with its lowest corner at `corner`, with two outward triangles per side.
     pub(crate) fn cuboid(corner: Point, size: Point) -> Vec<[Point; 3]> {
         let mut triangles = Vec::new();
         for axis in 0..3 {

@@ -1,8 +1,9 @@
-//! Computes the normal and the area of a triangle, defined for triangles without area too, and of the points of a cloud.
+//! Computes the normal and the area of triangles and of the points of a cloud. Both are also defined for triangles without an
+//! area.
 
 use partprobe_carrier::{Mesh, Point, cross, norm, subtract};
 
-/// The area of each triangle. Each point of a cloud counts as much as any other: as a unit of area.
+/// The area of each triangle. Each point of a cloud counts as one unit of area.
 pub(crate) fn areas_of(mesh: &Mesh) -> Vec<f64> {
     if mesh.is_cloud() {
         vec![1.0; mesh.triangles.len()]
@@ -11,7 +12,8 @@ pub(crate) fn areas_of(mesh: &Mesh) -> Vec<f64> {
     }
 }
 
-/// The unit normal and the area of each triangle: 0 for a triangle without area, and a unit of area for a point of a cloud.
+/// The unit normal and the area of each triangle. The normal is 0 if a triangle has no area. A point of a cloud counts as one
+/// unit of area.
 pub(crate) fn normals_and_areas(mesh: &Mesh) -> Vec<(Point, f64)> {
     let n_triangles = mesh.triangles.len();
     if mesh.is_cloud() {
@@ -28,7 +30,7 @@ pub(crate) fn normals_and_areas(mesh: &Mesh) -> Vec<(Point, f64)> {
         .collect()
 }
 
-/// The unit normal, 0 for a triangle without area, and the area.
+/// The unit normal (0 for a triangle without an area) and the area.
 pub(crate) fn normal_and_area(mesh: &Mesh, triangle: usize) -> (Point, f64) {
     let [a, b, c] = mesh.corners(triangle);
     let facet = cross(subtract(b, a), subtract(c, a));
@@ -41,7 +43,7 @@ pub(crate) fn normal_and_area(mesh: &Mesh, triangle: usize) -> (Point, f64) {
     }
 }
 
-/// The diagonal of the bounding box, or 1 where there is none to scale by.
+/// The diagonal of the bounding box, or 1 if it is zero or not finite.
 pub(crate) fn size_or_one(mesh: &Mesh) -> f64 {
     let diagonal = mesh.diagonal();
     if diagonal > 0.0 && diagonal.is_finite() {

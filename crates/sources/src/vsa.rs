@@ -1,12 +1,12 @@
 //! Computes a Variational Shape Approximation of at most K connected regions that are nearly flat: `vsa-<K>`.
 //!
-//! In goes the mesh alone. Each region has a proxy, a unit normal, and the regions are chosen so that the normals of
-//! the triangles differ little from their proxies (Cohen-Steiner, Alliez, Desbrun 2004, with the L2,1 metric of
-//! section 2.3). A flat face becomes one region, and a cylinder falls into strips.
+//! Only the mesh is used. Each region has a proxy, which is a unit normal. The regions are chosen so that the normals of the
+//! triangles differ little from their proxies (Cohen-Steiner, Alliez, Desbrun 2004, with the L2,1 metric of section 2.3). A flat
+//! face becomes one region, and a cylinder is divided into strips.
 //!
 //! Two choices differ from the publication. The queue of the region growing sorts by the squared difference of the normals
-//! without the area, because the triangles of a CAD mesh differ in area by orders of magnitude. And the regions of the round
-//! with the smallest error are the result, because a round of region growing may raise the error.
+//! without the area, because the triangles of a CAD mesh differ in area by orders of magnitude. The result is the regions of the
+//! round with the smallest error, because a round of region growing may raise the error.
 
 use crate::factory::SourceFactory;
 use crate::source::SourceLabels;
@@ -16,16 +16,17 @@ use rand::Rng as _;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-/// Rounds of proxy update and region growing; most shapes are stable after five.
+/// Largest number of rounds of proxy update and region growing. Most shapes are stable after five.
 const MAX_ROUNDS: usize = 20;
 
-/// Normals with a smaller squared difference than this are equal: coplanar triangles differ by rounding.
+/// Normals with a smaller squared difference than this count as equal, because the normals of coplanar triangles differ by
+/// rounding.
 const FLAT: f64 = 1e-10;
 
-/// A triangle that no region has reached.
+/// Marks a triangle that no region has reached.
 const NO_REGION: u32 = u32::MAX;
 
-/// A flat face takes one label, so that a shape with fewer flat faces than K has fewer labels.
+/// A flat face gets one label, so a shape with fewer flat faces than K has fewer labels.
 pub(crate) const VSA: SourceFactory = SourceFactory::numbered_rule(
     "vsa-<K>",
     "connected regions of nearly equal triangle normals (Variational Shape Approximation), at most K labels",
@@ -58,12 +59,12 @@ fn approximation(surface: &Surface, n_max: usize, rng: &mut Rng) -> Vec<u32> {
         best = (error, regions);
     }
 
-    // The smaller components of a mesh with more than K of them: they join the largest one.
+    // If a mesh has more than K components, the smaller ones join the largest one.
     let in_largest = |&region: &u32| if region == NO_REGION { 0 } else { region };
     best.1.iter().map(in_largest).collect()
 }
 
-/// The squared difference of a triangle's normal and a proxy, from 0 to 4; a triangle without area fits everywhere.
+/// The squared difference of a triangle's normal and a proxy, from 0 to 4. A triangle without an area fits every proxy.
 fn difference(normal: Point, proxy: Point) -> f64 {
     if normal == [0.0; 3] {
         return 0.0;
@@ -72,13 +73,13 @@ fn difference(normal: Point, proxy: Point) -> f64 {
     dot(apart, apart)
 }
 
-/// Chooses triangles that differ from the ones before, one at a time.
+/// Chooses triangles one at a time, each different from the previous ones.
 struct Seeding<'a> {
     surface: &'a Surface,
     seeds: Vec<u32>,
-    /// The seed whose normal each triangle is compared with, as an index.
+    /// For each triangle, the index of the seed with whose normal it is compared.
     nearest: Vec<u32>,
-    /// The largest difference of a normal to that seed's, on the path from the seed to the triangle.
+    /// The largest difference between a normal and that of the seed, on the path from the seed to the triangle.
     distance: Vec<f64>,
 }
 
@@ -92,7 +93,8 @@ impl<'a> Seeding<'a> {
         }
     }
 
-    /// A random triangle of each component, the largest component first; then the farthest triangles, while there are any.
+    /// First a random triangle of each component, beginning with the largest component. Then the farthest triangles, as long as
+    /// there are any.
     fn seeds(mut self, n_max: usize, rng: &mut Rng) -> Vec<u32> {
         for component in largest_first(self.surface, n_max) {
             let seed = drawn_by_area(&component, &self.surface.areas, rng);
@@ -107,7 +109,8 @@ impl<'a> Seeding<'a> {
         self.seeds
     }
 
-    /// The triangle with the largest error in the region with the largest error, the lowest among equals.
+    /// The triangle with the largest error in the region with the largest error. If several are equal, the lowest one is
+    /// returned.
     fn farthest(&self) -> Option<u32> {
         let error_of = |triangle: usize| {
             let distance = self.distance[triangle];
@@ -135,7 +138,7 @@ impl<'a> Seeding<'a> {
         first_largest(errors).map(|(triangle, _)| triangle as u32)
     }
 
-    /// Takes over the triangles that are closer to the new seed than to all before.
+    /// Adds a seed, and assigns to it the triangles that are closer to it than to all previous seeds.
     fn add(&mut self, seed: u32) {
         let idx = self.seeds.len() as u32;
         let proxy = self.surface.normals[seed as usize];
@@ -154,7 +157,7 @@ impl<'a> Seeding<'a> {
                 let step = difference(self.surface.normals[other as usize], proxy);
                 let along = distance.max(step);
                 if along < self.distance[other as usize] {
-                    // Differences are not negative, so their bits sort as they do.
+                    // Differences are not negative, so their bits have the same order as the differences.
                     open.push(Reverse((along.to_bits(), other)));
                 }
             }
@@ -190,7 +193,7 @@ fn largest_first(surface: &Surface, n_max: usize) -> Vec<Vec<u32>> {
         .collect()
 }
 
-/// One of these triangles, each as probable as its area; the first one if none has any.
+/// One of these triangles, with a probability proportional to its area, or the first one if no triangle has an area.
 fn drawn_by_area(triangles: &[u32], areas: &[f64], rng: &mut Rng) -> u32 {
     let area_of = |triangle: &u32| areas[*triangle as usize];
     let total: f64 = triangles.iter().map(area_of).sum();
@@ -204,7 +207,7 @@ fn drawn_by_area(triangles: &[u32], areas: &[f64], rng: &mut Rng) -> u32 {
     drawn.or(triangles.first()).copied().unwrap_or(0)
 }
 
-/// Grows all regions at once from their seeds: the triangle that differs least from a region beside it is next.
+/// Grows all regions at once from their seeds. The next triangle is always the one that differs least from an adjacent region.
 fn grown(surface: &Surface, seeds: &[u32], proxies: &[Point]) -> Vec<u32> {
     let mut regions = vec![NO_REGION; surface.n_triangles()];
     let mut open = BinaryHeap::new();
@@ -243,7 +246,7 @@ fn propose_neighbors(
     }
 }
 
-/// The proxy of a region is its mean normal by area; a region whose normals cancel keeps the one that it has.
+/// Sets the proxy of each region to its mean normal, weighted by area. A region whose normals cancel keeps its proxy.
 fn fit(surface: &Surface, regions: &[u32], proxies: &mut [Point]) {
     let mut sums = vec![[0.0; 3]; proxies.len()];
     for (triangle, &region) in regions.iter().enumerate() {
@@ -270,7 +273,7 @@ fn total_error(surface: &Surface, regions: &[u32], proxies: &[Point]) -> f64 {
     regions.iter().enumerate().map(of_triangle).sum()
 }
 
-/// The triangle of each region that differs least from its proxy: the seed of the next round.
+/// The triangle of each region that differs least from its proxy. It is the seed of the next round.
 fn closest_triangles(
     surface: &Surface,
     regions: &[u32],
@@ -317,7 +320,7 @@ mod tests {
     fn a_flat_face_is_one_region() {
         let cube = cuboid([0.0; 3], [1.0; 3]);
         check(&cube, 6, 6);
-        // Coplanar triangles need no region of their own, also if K exceeds the number of triangles.
+        // Coplanar triangles are in one region, even if K exceeds the number of triangles.
         check(&cube, 1000, 6);
         check(&cube, 1, 1);
         check(&cube, 3, 3);
@@ -332,7 +335,7 @@ mod tests {
             .collect();
         check(&cubes, 100, 24);
         check(&cubes, 4, 4);
-        // Two cubes without a region join the largest one, which is the last.
+        // Two cubes without a region join the largest one, which is the last cube.
         check(&cubes, 2, 2);
         let (_, regions) = regions_of(&cubes, 2, 0);
         assert_eq!(regions.parts()[0], regions.parts()[47]);
@@ -345,12 +348,12 @@ mod tests {
         check(&[[[0.0; 3]; 3]], 5, 1);
         check(&[[[f64::NAN; 3]; 3]], 5, 1);
         let mut cube = cuboid([0.0; 3], [1.0; 3]);
-        // A needle at an edge of the cube belongs to one of the sides there.
+        // A needle at an edge of the cube belongs to one of the sides at this edge.
         cube.push([[0.0; 3], [0.5, 0.0, 0.0], [1.0, 0.0, 0.0]]);
         check(&cube, 1000, 6);
     }
 
-    /// Whether chains of neighbors of one region connect each region.
+    /// Whether each region is connected.
     fn are_connected(surface: &Surface, regions: &Partition) -> bool {
         let of = |triangle: u32| regions.parts()[triangle as usize];
         let inside = surface.borders.iter().map(|border| border.between);
@@ -368,7 +371,7 @@ mod tests {
             let (surface, regions) = regions_of(&triangles, n_max, seed);
             prop_assert!(regions.n_parts() as usize <= n_max);
             prop_assert!(are_connected(&surface, &regions));
-            // 2 rings and 2 n flat facets are all that there is.
+            // The shape consists of 2 rings and 2 n flat facets.
             prop_assert_eq!(regions.n_parts() as usize, n_max.min(2 * n as usize + 2));
             for ring in [4, 6] {
                 let labels = (0..n as usize).map(|idx| regions.parts()[8 * idx + ring]);

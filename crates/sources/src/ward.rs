@@ -1,14 +1,14 @@
-//! Links small triangles by Ward's rule on features that cannot see sharp edges, at most K labels: `ward-<K>` and its
-//! variants.
+//! Clusters small triangles into at most K labels by Ward's rule, on features in which sharp edges are blurred: `ward-<K>` and
+//! its variants.
 //!
-//! This is a stand-in for a learned feature field that is clustered over the faces of a mesh. It contains no learned
-//! features and is not a reimplementation of any published method, so its scores say nothing of one.
+//! This is a substitute for a learned feature field that is clustered over the faces of a mesh. It contains no learned features
+//! and is not a reimplementation of any published method, so its scores do not apply to such a method.
 //!
-//! The mesh is refined first, so that a cluster may end in the middle of a large triangle and labels belong to points.
-//! The features of a small triangle are the mean normal of the surface around it and its position. The mean runs over a cell
-//! of a coarse grid and the cells next to it, so that thin walls, fillets and close edges blur into each other.
-//! `ward-20-sharp` does not blur, and `ward-20-coarse` blurs over cells of twice the size.
-//! The constants below are fixed: they were chosen before any score was seen, and must not follow scores.
+//! The mesh is refined first, so that a cluster may end in the middle of a large triangle and labels belong to points. The
+//! features of a small triangle are the mean normal of the surface around it and its position. The mean runs over a cell of a
+//! coarse grid and the cells next to it, so thin walls, fillets and close edges blur into each other. `ward-20-sharp` does not
+//! blur, and `ward-20-coarse` blurs over cells of twice the size. The constants below are fixed. They were chosen before any
+//! score was known and must not be changed because of scores.
 
 use crate::degraded::step_parts;
 use crate::factory::SourceFactory;
@@ -24,21 +24,21 @@ use std::sync::Arc;
 /// The mean runs over this many cells on each side of the middle one, on each axis.
 const REACH: i64 = 1;
 
-/// What a distance of half the diagonal counts, where a difference of one normal length counts 1.
+/// The weight of a distance of half the diagonal, if a difference of one normal length has the weight 1.
 const WEIGHT_OF_POSITION: f64 = 1.0;
 
-/// The most labels of the variants whose names end without a number of their own.
+/// The largest number of labels of the variants whose names do not end with a number.
 const MANY: usize = 20;
 
 /// The blurred normal of a small triangle, and its position.
 type Row = [f64; 6];
 
-/// How far the normal of a small triangle is that of the surface around it.
+/// The amount of blur of the normals.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Blur {
-    /// It is the triangle's own.
+    /// The normal is that of the triangle itself.
     None,
-    /// It is the mean over cells of this side, as a fraction of the diagonal of the bounding box.
+    /// The normal is the mean over cells with this side, as a fraction of the diagonal of the bounding box.
     Cells(f64),
 }
 
@@ -68,7 +68,7 @@ pub(crate) const WARD_MATCH: SourceFactory = SourceFactory::rule(
 )
 .needing(ShapeKind::Mesh);
 
-/// Without blur.
+/// `ward-20` without blur.
 pub(crate) const WARD_SHARP: SourceFactory = SourceFactory::rule(
     "ward-20-sharp",
     "ward-20 on the normals of the small triangles, without blur",
@@ -76,7 +76,7 @@ pub(crate) const WARD_SHARP: SourceFactory = SourceFactory::rule(
 )
 .needing(ShapeKind::Mesh);
 
-/// With twice the blur.
+/// `ward-20` with twice the blur.
 pub(crate) const WARD_COARSE: SourceFactory = SourceFactory::rule(
     "ward-20-coarse",
     "ward-20 with normals blurred twice as far",
@@ -89,7 +89,7 @@ fn labels(carrier: &Carrier, n_max: usize, blur: Blur) -> SourceLabels {
     SourceLabels::on_points(carrier.mesh(), Arc::new(rule))
 }
 
-/// The clusters of the refined mesh, whose triangles are about as small as a cell.
+/// The clusters of the refined mesh. Its triangles are about as small as a cell.
 fn clustered(mesh: &Mesh, n_max: usize, blur: Blur) -> PieceLabels {
     let pieces = Pieces::of(mesh);
     let size = size_or_one(mesh);
@@ -162,7 +162,7 @@ impl Piece {
     }
 }
 
-/// The mean normal around the cell of each piece, weighted by area; shorter than 1 where the surface bends or folds back.
+/// The mean normal around the cell of each piece, weighted by area. It is shorter than 1 where the surface bends or folds back.
 fn blurred(pieces: &[Piece], cell_size: f64) -> Vec<Point> {
     let mut cells: BTreeMap<Cell, (Point, f64)> = BTreeMap::new();
     for piece in pieces {
@@ -236,7 +236,7 @@ mod tests {
         };
         let (thin, thick) = (mean_z(0.001, FINE), mean_z(0.5, FINE));
         assert!(thin < 0.2 && thick > 0.99, "{thin} {thick}");
-        // Only the wide blur mixes these two, and without blur nothing mixes.
+        // Only the wide blur mixes these two normals. Without blur, nothing is mixed.
         assert!(mean_z(0.12, FINE) > 0.9 && mean_z(0.12, COARSE) < 0.7);
         assert_eq!(mean_z(0.001, Blur::None), 1.0);
     }

@@ -7,7 +7,7 @@
 use partprobe_carrier::{GivenShape, Partition, carrier_of_given};
 use partprobe_sources::source_named;
 
-/// The points of a cube on a grid of `n` by `n` for each side, with their normals.
+/// The points of a cube on a grid of `n` by `n` per side, with their normals.
 fn cube_of_points(n: u32) -> GivenShape {
     let mut shape = GivenShape::default();
     let at = |i: u32| (f64::from(i) + 0.5) / f64::from(n);

@@ -23,7 +23,7 @@ impl LabelSource for Upward {
     }
 }
 
-/// The same as a factory with a number: how steep a triangle may be, in percent of its normal's length.
+/// A similar source as a factory with a number: the smallest z component of a triangle's normal, in percent of its length.
 const STEEP: SourceFactory = SourceFactory::numbered_rule(
     "steep-<PERCENT>",
     "triangles whose normal has at least this much of z",

@@ -45,12 +45,12 @@ fn n_distinct(labels: &[i32]) -> usize {
     labels.iter().collect::<BTreeSet<_>>().len()
 }
 
-/// The share of points whose label is that of the other list.
+/// The fraction of points that have the same label in both lists.
 fn equal_share(a: &[i32], b: &[i32]) -> f64 {
     a.iter().zip(b).filter(|(a, b)| a == b).count() as f64 / a.len() as f64
 }
 
-/// The Rand index: the share of pairs of points on which two labelings agree whether they belong together.
+/// The Rand index: the fraction of pairs of points for which two labelings agree whether they belong together.
 fn rand_index(a: &[i32], b: &[i32]) -> f64 {
     let pairs = (0..a.len()).flat_map(|i| (0..i).map(move |j| (a[i] == a[j]) == (b[i] == b[j])));
     let (agree, all) = pairs.fold((0u32, 0u32), |(agree, all), is_equal| {
@@ -59,7 +59,7 @@ fn rand_index(a: &[i32], b: &[i32]) -> f64 {
     f64::from(agree) / f64::from(all)
 }
 
-/// Agreement at each dose, which must not rise from one to the next.
+/// Whether the agreement does not rise from one dose to the next.
 fn falls(agreements: &[f64]) -> bool {
     agreements.windows(2).all(|pair| pair[1] <= pair[0])
 }

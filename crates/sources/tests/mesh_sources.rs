@@ -1,4 +1,4 @@
-//! Tests the sources that see the mesh alone, on real carriers.
+//! Tests the sources that use only the mesh, on real carriers.
 #![allow(
     clippy::unwrap_used,
     reason = "a test that cannot label its own part has failed"

@@ -11,7 +11,7 @@ use partprobe_carrier::{
 use partprobe_sources::{SOURCES, SourceError, SourceFactory, StepParts, source_named};
 use proptest::prelude::*;
 
-/// How many triangles a soup may have.
+/// The largest number of triangles of a soup.
 const MAX_TRIANGLES: usize = 16;
 
 /// A carrier with these triangles, each on one of three faces.
@@ -59,7 +59,7 @@ fn carrier_of(vertices: Vec<Point>, triangles: Vec<[u32; 3]>) -> Carrier {
     Carrier::new(mesh, graph, layers, meta).unwrap()
 }
 
-/// Coordinates that often coincide, and now and then have no finite size.
+/// Coordinates that often coincide and are sometimes not finite.
 fn coordinate() -> impl Strategy<Value = f64> {
     prop_oneof![
         20 => (0i8..4).prop_map(f64::from),
@@ -73,7 +73,7 @@ fn soup(coordinate: impl Strategy<Value = f64>) -> impl Strategy<Value = Carrier
     let vertices = proptest::collection::vec(proptest::array::uniform3(coordinate), 3..30);
     let corners = proptest::array::uniform3(0u32..30);
     let triangles = proptest::collection::vec(corners, 0..MAX_TRIANGLES);
-    // A vertex far away that no triangle has: triangles are small then, and are not refined.
+    // A distant vertex that belongs to no triangle. Then the triangles are small relative to the diagonal and are not refined.
     let far = prop_oneof![4 => Just(1000.0), 1 => Just(0.0)];
     (vertices, triangles, far).prop_map(|(mut vertices, triangles, far)| {
         let n_vertices = vertices.len() as u32;
@@ -83,7 +83,7 @@ fn soup(coordinate: impl Strategy<Value = f64>) -> impl Strategy<Value = Carrier
     })
 }
 
-/// A name of each source, with its lowest number and with 20 where it has one.
+/// The name of each source. A source with a number has two names: one with the lowest number and one with 20.
 fn names() -> Vec<String> {
     let names_of = |factory: &SourceFactory| match factory.numbers() {
         None => vec![factory.pattern().to_owned()],

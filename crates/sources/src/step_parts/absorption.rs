@@ -7,8 +7,8 @@ use std::collections::BTreeMap;
 
 /// Absorbs parts with fewer than `tau_min` triangles on the refined carrier, smallest first.
 ///
-/// A small part goes to the neighbor with the longest common boundary among those that are not small. If two boundaries
-/// are equally long, the lower part wins. A part without such a neighbor stays.
+/// A small part is joined to the neighbor with the longest common boundary among those that are not small. If two boundaries are
+/// equally long, the part with the lower number is chosen. A part without such a neighbor is kept.
 #[must_use]
 pub fn absorb_small_parts(
     mesh: &Mesh,
@@ -22,7 +22,7 @@ pub fn absorb_small_parts(
 
 /// The same, with triangles counted on the carrier whose longest edge is `max_edge` millimeters.
 ///
-/// An infinite `max_edge` counts the triangles of `mesh` as they are.
+/// If `max_edge` is infinite, the triangles of `mesh` itself are counted.
 #[must_use]
 pub fn absorb_parts_below(
     mesh: &Mesh,
@@ -42,7 +42,7 @@ pub fn absorb_parts_below(
     Partition::from_keys(&labels)
 }
 
-/// The part that each part ends in.
+/// The part into which each part is absorbed.
 fn absorbers(graph: &FaceGraph, partition: &Partition, sizes: &[u32], tau_min: u32) -> Vec<u32> {
     let mut borders = vec![BTreeMap::new(); sizes.len()];
     for (a, b, length) in graph.boundary_lengths(partition.parts()) {

@@ -36,12 +36,13 @@ use rule::{partition_by_canonical_type_and_angle, partition_by_type_and_angle};
 pub struct StepParts {
     /// θ: the largest angle between the normals of two faces of one part along their shared edge, in degrees.
     pub theta_deg: f64,
-    /// τ_min: parts with fewer triangles than this on the refined carrier are absorbed by a neighbor; 0 absorbs none.
+    /// τ_min: parts with fewer triangles than this on the refined carrier are absorbed by a neighbor. A value of 0 absorbs no
+    /// part.
     pub tau_min: u32,
 }
 
 impl StepParts {
-    /// The rule with the settings that a carrier was labeled with.
+    /// The rule with the settings with which a carrier was labeled.
     #[must_use]
     pub fn of_carrier(carrier: &Carrier) -> Self {
         Self {
@@ -50,7 +51,7 @@ impl StepParts {
         }
     }
 
-    /// The parts after small ones were absorbed. The mesh decides which parts are small, and nothing else.
+    /// The parts after small ones were absorbed. The mesh is only used to find which parts are small.
     #[must_use]
     pub fn parts(&self, mesh: &Mesh, graph: &FaceGraph) -> Partition {
         self.absorbed(
@@ -60,7 +61,7 @@ impl StepParts {
         )
     }
 
-    /// The same by the types after recognition: a cylinder counts as one even if its file writes it as a B-spline.
+    /// The same with the types after recognition: a cylinder counts as a cylinder even if its file writes it as a B-spline.
     #[must_use]
     pub fn canonical_parts(&self, mesh: &Mesh, graph: &FaceGraph) -> Partition {
         let raw = partition_by_canonical_type_and_angle(graph, self.theta_deg);

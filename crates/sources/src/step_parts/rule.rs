@@ -15,7 +15,7 @@ pub fn partition_by_type_and_angle(graph: &FaceGraph, theta_deg: f64) -> Partiti
     joined_below(theta_deg, graph.faces.len(), graph.same_type_pairs())
 }
 
-/// The same by the types after recognition: a cylinder counts as one even if its file writes it as a B-spline.
+/// The same with the types after recognition: a cylinder counts as a cylinder even if its file writes it as a B-spline.
 #[must_use]
 pub fn partition_by_canonical_type_and_angle(graph: &FaceGraph, theta_deg: f64) -> Partition {
     let pairs = graph.same_canonical_type_pairs();

@@ -36,7 +36,7 @@ pub(crate) const STEP_PARTS_RAW: SourceFactory = SourceFactory::rule(
 .labeling_faces()
 .needing(ShapeKind::Brep);
 
-/// The same by the types after recognition, so that a primitive that is written as a B-spline counts as what it is.
+/// The same with the types after recognition, so that a primitive that is written as a B-spline counts as this primitive.
 pub(crate) const CANONICAL: SourceFactory = SourceFactory::rule(
     "canonical",
     "step-parts with primitives recognized that the file writes as splines or sweeps",
