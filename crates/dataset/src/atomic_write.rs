@@ -1,4 +1,4 @@
-//! Writes files that are there completely or not at all.
+//! Writes files so that they exist completely or not at all.
 
 use std::error::Error;
 use std::fs::{self, File};
@@ -30,27 +30,27 @@ impl OutputError {
     }
 }
 
-/// Tells the temporary files of this process apart.
+/// Distinguishes the temporary files of this process.
 static COUNTER: AtomicU64 = AtomicU64::new(0);
 
-/// Writes the bytes next to `path` and renames the file into place: a reader sees the old file or the new one.
+/// Writes the bytes to a file next to `path` and renames it to `path`. A reader sees the old file or the new file.
 ///
 /// # Errors
-/// If the folder does not exist, or cannot be written to; nothing is left behind then.
+/// If the folder does not exist, or cannot be written to. No file is left then.
 pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
     write_atomically_with(path, |file| file.write_all(bytes))
 }
 
-/// The same for what is written piece by piece.
+/// The same for contents that are written piece by piece.
 ///
 /// # Errors
-/// If the folder does not exist or cannot be written to, or `write` fails; nothing is left behind then.
+/// If the folder does not exist or cannot be written to, or if `write` fails. No file is left then.
 pub fn write_atomically_with<E: Into<Box<dyn Error + Send + Sync>>>(
     path: &Path,
     write: impl FnOnce(&mut BufWriter<File>) -> Result<(), E>,
 ) -> Result<(), OutputError> {
     let failed = |source| OutputError::new("writing", path, source);
-    // A link stays one: the file that it leads to is replaced.
+    // A link is kept, and the file that it leads to is replaced.
     let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
     if is_special(&target) {
         return write_through(&target, write).map_err(failed);
@@ -58,13 +58,13 @@ pub fn write_atomically_with<E: Into<Box<dyn Error + Send + Sync>>>(
     let unfinished = unfinished_name(&target);
     let written = write_and_rename(&unfinished, &target, write);
     if written.is_err() {
-        // The first error is the one to report; a file that was never made cannot be removed either.
+        // Only the first error is reported. Removing fails if the file was never made, which does not matter.
         let _ = fs::remove_file(&unfinished);
     }
     written.map_err(failed)
 }
 
-/// Whether there is something that is neither a file nor a folder, for example a device or a pipe. A file must not take its place.
+/// Whether the path is neither a file nor a folder, but for example a device or a pipe. It must not be replaced by a file.
 fn is_special(path: &Path) -> bool {
     fs::metadata(path).is_ok_and(|found| !found.is_file() && !found.is_dir())
 }
@@ -135,7 +135,7 @@ mod tests {
         assert!(link.is_symlink());
         assert_eq!(fs::read(&file).unwrap(), b"second");
 
-        // A link of our own, so that a mistake here does not replace the device itself.
+        // This link protects the device itself if the test fails.
         let null = folder.path().join("null");
         symlink("/dev/null", &null).unwrap();
         assert!(is_special(&null));

@@ -1,28 +1,28 @@
-//! Reads every carrier of a data set, and lists those that are not what was labeled.
+//! Reads every carrier of a data set, and lists the carriers that differ from what was labeled.
 
 use crate::{Dataset, DatasetError, IndexEntry};
 use rayon::prelude::*;
 use serde::Serialize;
 use std::error::Error;
 
-/// A carrier that is missing, damaged, changed, or that of another shape.
+/// A carrier that is missing, damaged, changed, or belongs to another shape.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Damage {
     /// The shape.
     pub id: String,
-    /// What is wrong; the path of the file is named.
+    /// What is wrong, with the path of the file.
     pub reason: String,
 }
 
-/// What the look has found.
+/// The result of an audit.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Audit {
-    /// Carriers that were read.
+    /// The number of carriers that were read.
     pub n_read: usize,
-    /// Carriers of which the index holds no hash, because an earlier program labeled them: a change of these is
-    /// noticed only if they are no longer whole.
+    /// The number of carriers without a hash in the index, because an earlier version of the program labeled them. A change of
+    /// such a carrier is only noticed if it is no longer complete.
     pub n_without_hash: usize,
-    /// Carriers that are not what was labeled, in the order of the index.
+    /// Carriers that differ from what was labeled, in the order of the index.
     pub damaged: Vec<Damage>,
 }
 

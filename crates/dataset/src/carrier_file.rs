@@ -6,20 +6,20 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// Where a carrier is, and what must be true of it; what is `None` is not known, and not compared.
+/// The location of a carrier, and the values that it must have. Values that are `None` are unknown and are not compared.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct CarrierRef {
     /// The file.
     pub path: PathBuf,
     /// The id of its shape.
     pub id: Option<String>,
-    /// SHA-256 of the STEP text that it was made from.
+    /// SHA-256 of the STEP text from which it was made.
     pub source_sha256: Option<String>,
-    /// The hash of what it holds.
+    /// The hash of its contents.
     pub content_hash: Option<String>,
 }
 
-/// A carrier that is missing, damaged or changed: the data set is no longer what was labeled.
+/// A carrier that is missing, damaged or changed. The data set is no longer what was labeled.
 #[derive(Debug, thiserror::Error)]
 #[error("{}", path.display())]
 pub struct DamagedCarrier {
@@ -50,7 +50,7 @@ pub enum DamageReason {
         /// The shape that it should be.
         expected: String,
     },
-    /// Its STEP text was another one.
+    /// It was made from another STEP text.
     #[error(
         "the carrier was made from another STEP text than its data set says; put the file back, or label again"
     )]
@@ -69,7 +69,7 @@ pub enum DamageReason {
 }
 
 impl CarrierRef {
-    /// A file of which nothing is known but what it says itself.
+    /// A file about which nothing is known except its own contents.
     #[must_use]
     pub fn alone(path: &Path) -> Self {
         Self {
@@ -78,7 +78,7 @@ impl CarrierRef {
         }
     }
 
-    /// Reads the carrier, and gives the hash of what its file holds.
+    /// Reads the carrier, and returns it with the hash of its contents.
     ///
     /// # Errors
     /// If the file cannot be read, is damaged, or is not the one that was written for the shape.

@@ -6,19 +6,19 @@ use std::fs;
 use std::io;
 use std::path::{Component, Path, PathBuf};
 
-/// The file that lists the shapes; a folder without it is not a data set.
+/// The file that lists the shapes. A folder without it is not a data set.
 pub const INDEX_FILE: &str = "index.jsonl";
-/// The file with the settings that decide the bytes of a data set.
+/// The file with the settings that determine the contents of a data set.
 pub const SETTINGS_FILE: &str = "dataset.json";
 
-/// Why a data set, or a shape of it, cannot be read.
+/// The reason why a data set, or a shape of it, cannot be read.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum DatasetError {
     /// The data set was labeled without carriers.
     #[error("{} holds no carriers; label again with --emit carrier", .0.display())]
     NoCarriers(PathBuf),
-    /// There is a journal and no index.
+    /// There is a journal but no index.
     #[error("{} is not finished; continue with `partprobe label … --resume`", .0.display())]
     Unfinished(PathBuf),
     /// There is no index, or no folder.
@@ -29,10 +29,10 @@ pub enum DatasetError {
     Unreadable {
         /// The index.
         path: PathBuf,
-        /// Why.
+        /// The cause.
         source: io::Error,
     },
-    /// A line of the index is not that of a shape.
+    /// A line of the index does not describe a shape.
     #[error("{}, line {line}", path.display())]
     DamagedLine {
         /// The index.
@@ -59,7 +59,7 @@ pub enum DatasetError {
 }
 
 impl DatasetError {
-    /// Whether the folder is sound and the caller asks for something that it does not hold.
+    /// Whether the folder is valid, but the caller requests something that it does not contain.
     #[must_use]
     pub fn is_misuse(&self) -> bool {
         matches!(
@@ -102,7 +102,7 @@ impl Dataset {
         Ok(dataset)
     }
 
-    /// Reads the index, also of a data set without carriers.
+    /// Reads the index. The data set need not have carriers.
     ///
     /// # Errors
     /// If the folder is not a data set, or a line of its index is damaged.
@@ -154,7 +154,7 @@ impl Dataset {
             .collect()
     }
 
-    /// The files of the data set as the [`Journal`](crate::Journal) had them, without their times.
+    /// The files of the data set as they were in the [`Journal`](crate::Journal), without their times.
     #[must_use]
     pub fn records(&self) -> Vec<FileRecord> {
         let of_one_file =
@@ -181,7 +181,7 @@ impl Dataset {
         }
     }
 
-    /// The files of a shape with their sizes; a file that is missing has 0 bytes.
+    /// The files of a shape with their sizes. A missing file has 0 bytes.
     fn written(&self, entry: &IndexEntry) -> Vec<WrittenFile> {
         let with_size = |file: &String| WrittenFile {
             file: file.clone(),
@@ -190,7 +190,7 @@ impl Dataset {
         entry.files().map(with_size).collect()
     }
 
-    /// Where a file of a shape is.
+    /// The path of a file of a shape.
     ///
     /// # Errors
     /// If the index names a file outside the data set.
@@ -207,7 +207,7 @@ impl Dataset {
         Ok(self.root.join(file))
     }
 
-    /// The carrier of a shape, with all that must be true of it.
+    /// The location of a shape's carrier, with the values that it must have.
     ///
     /// # Errors
     /// If the shape has none, or the index names a file outside the data set.

@@ -9,20 +9,20 @@ use serde::{Deserialize, Serialize};
 pub enum Status {
     /// A carrier was written.
     Ok,
-    /// The file cannot be labeled; the reason says why.
+    /// The file cannot be labeled. The reason is given.
     Failed,
-    /// The worker process ended: memory, stack, or a defect of the program.
+    /// The worker process ended because of memory, stack, or a defect of the program.
     Crashed,
     /// The watchdog ended the worker process.
     TimedOut,
-    /// The file asks for more work or memory than the settings allow; the reason names the budget.
+    /// The file needs more work or memory than the settings allow. The reason names the budget.
     OverBudget,
-    /// The member of an archive is not read: its name is unsafe or taken, or it is not a plain file. Or the package that files are
-    /// attached to does not have this one.
+    /// The member of an archive is not read, because its name is unsafe or already used, or because it is not a plain file. Or
+    /// the package to which files are attached does not have this file.
     Refused,
-    /// The labels are not those of the package that the file was attached to; the reason names the first difference.
+    /// The labels differ from those of the package to which the file was attached. The reason names the first difference.
     Differs,
-    /// What stands in a folder is not read, because it is not a file or its ending is not one of STEP.
+    /// An item in a folder is not read, because it is not a file or does not have an extension of STEP files.
     Skipped,
 }
 
@@ -45,50 +45,50 @@ impl Status {
 
 /// One line of the index: a shape with its carrier, or a file without one.
 ///
-/// The counts are 0 where there is no carrier.
+/// The counts are 0 if there is no carrier.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub struct IndexEntry {
-    /// The shape's id; the carrier's file is named after it.
+    /// The shape's id. The carrier's file is named after it.
     pub id: String,
-    /// The file, by the name of the argument and the path below it; it is the same on any machine.
+    /// The file, given by the name of the argument and the path below it. It is the same on any machine.
     pub source: String,
-    /// How it ended.
+    /// How labeling ended.
     pub status: Status,
-    /// Why there is no carrier.
+    /// The reason why there is no carrier.
     pub reason: Option<String>,
     /// The carrier, relative to the data set.
     pub file: Option<String>,
-    /// The hash of what the carrier holds, in hexadecimal; `None` if an earlier program labeled the shape.
+    /// The hash of the carrier's contents, in hexadecimal, or `None` if an earlier version of the program labeled the shape.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub content_hash: Option<String>,
-    /// The labels and the face graph alone, where they were asked for, relative to the data set.
+    /// The file with only the labels and the face graph, if it was requested, relative to the data set.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub labels_file: Option<String>,
-    /// The point sample, where it was asked for, relative to the data set.
+    /// The point sample, if it was requested, relative to the data set.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub points_file: Option<String>,
-    /// The place in its archive of a member that was refused, counted from 1: two of one name are told apart by it.
+    /// The index of a refused member in its archive, counted from 1. It distinguishes members with the same name.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub member: Option<u64>,
-    /// Files that the line stands for, where it counts files that are not read.
+    /// The number of files that are not read, if the line counts such files.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub n_skipped: Option<u64>,
-    /// SHA-256 of the STEP text, in hexadecimal; `None` if the text could not be read.
+    /// SHA-256 of the STEP text, in hexadecimal, or `None` if the text could not be read.
     pub sha256: Option<String>,
-    /// `#` number of the solid, where solids are the unit.
+    /// `#` number of the solid, if solids are the unit.
     pub solid_step_id: Option<u64>,
-    /// The solid's name, where it says more than `Part 1`.
+    /// The solid's name, unless it is a name like `Part 1`.
     pub product: Option<String>,
     /// `mesh` or `cloud`, for a shape without a B-Rep.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub kind: Option<String>,
-    /// Further solids of the file that are equal to this one, and were not labeled again.
+    /// The number of further solids of the file that equal this one and were not labeled again.
     pub n_equal_solids: usize,
     /// Faces.
     pub n_faces: usize,
-    /// Parts, by the predicate alone.
+    /// The number of parts before small ones were absorbed.
     pub n_parts: usize,
-    /// Parts after small ones were absorbed.
+    /// The number of parts after small ones were absorbed.
     pub n_labels: usize,
     /// Triangles of the plain carrier.
     pub n_triangles: usize,
@@ -100,7 +100,7 @@ pub struct IndexEntry {
     pub n_non_manifold_edges: u64,
     /// Every face, loop and entity that was lost, with its `#` number and the reason.
     pub lost: Vec<String>,
-    /// What was left out on purpose, and which faces are triangles of the file, with its `#` number.
+    /// Notes about what was left out on purpose, and about faces that the file gives as triangles, with `#` numbers.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub notes: Vec<String>,
 }
@@ -116,7 +116,7 @@ impl IndexEntry {
         }
     }
 
-    /// A line that says nothing but what became of a shape; the other fields are empty or 0.
+    /// A line with only the id and the status of a shape. The other fields are empty or 0.
     #[must_use]
     pub fn new(id: &str, status: Status) -> Self {
         Self {
@@ -147,7 +147,7 @@ impl IndexEntry {
         }
     }
 
-    /// The line of a shape with this carrier. What a carrier does not know, such as the source and the file, is empty or 0.
+    /// The line of a shape with this carrier. Values that are not in a carrier, such as the source and the file, are empty or 0.
     #[must_use]
     pub fn of_carrier(carrier: &Carrier) -> Self {
         let meta = carrier.meta();

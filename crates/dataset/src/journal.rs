@@ -1,6 +1,6 @@
-//! Keeps the journal of a batch that is not finished: a line for each file as soon as its results are on disk.
+//! Keeps the journal of an unfinished batch. A file gets a line as soon as its results are on disk.
 //!
-//! An incomplete last line is dropped, so everything that the journal lists is done, however the program ended. When the
+//! An incomplete last line is dropped, so everything that the journal lists is done, even if the program was killed. When the
 //! batch ends, the index is made from the journal, in the order of the inputs, and the journal is deleted.
 
 use crate::{
@@ -15,10 +15,10 @@ use std::path::{Path, PathBuf};
 
 /// The journal's name in the folder of its data set.
 pub const JOURNAL_FILE: &str = ".unfinished.jsonl";
-/// Seconds: a power cut costs the results of so long at most, and a killed program costs none.
+/// A power cut loses the results of at most this number of seconds. A killed program loses none.
 const SYNC_EVERY_S: f64 = 5.0;
 
-/// Why a journal cannot be read or written.
+/// The reason why a journal cannot be read or written.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum JournalError {
@@ -38,10 +38,10 @@ pub enum JournalError {
     /// The lines cannot be read.
     #[error("reading the journal")]
     Read(#[source] io::Error),
-    /// The torn end cannot be cut off.
+    /// The incomplete end cannot be cut off.
     #[error("cutting off the journal's torn end")]
     Cut(#[source] io::Error),
-    /// A line is no longer what was written.
+    /// A line has changed since it was written.
     #[error("the journal changed meanwhile")]
     Changed(#[source] serde_json::Error),
     /// A line cannot be written as JSON.
@@ -57,27 +57,27 @@ pub enum JournalLine {
     Session {
         /// Seconds since 1970.
         started: f64,
-        /// Files in all, as far as they can be counted beforehand.
+        /// The total number of files, as far as they can be counted beforehand.
         n_files: u64,
         /// Whether there may be more: a tar archive has no list of its files.
         has_more: bool,
     },
-    /// A file is done, one way or the other.
+    /// A file is done, with or without success.
     File(FileRecord),
 }
 
-/// What became of one file.
+/// The result of one file.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub struct FileRecord {
     /// The file's name in the index.
     pub source: String,
-    /// 0, or a number that tells refused members of one name apart.
+    /// 0, or a number that distinguishes refused members with the same name.
     pub position: u64,
     /// The file's lines of the index.
     pub entries: Vec<IndexEntry>,
     /// The files that were written for it.
     pub written: Vec<WrittenFile>,
-    /// Seconds in the worker; `None` if it did not answer.
+    /// Seconds in the worker, or `None` if it did not answer.
     pub seconds: Option<f64>,
     /// When it was done, in seconds since 1970.
     pub ended: f64,
@@ -92,7 +92,7 @@ pub struct WrittenFile {
     pub bytes: u64,
 }
 
-/// Source and position: what tells the records apart and puts them in order.
+/// The key of a record: its source and its position. Records are sorted by it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct RecordKey {
     source: String,
@@ -100,7 +100,7 @@ struct RecordKey {
 }
 
 impl Ord for RecordKey {
-    /// Sources are in order folder by folder, as a walk comes to them.
+    /// Sources are in the order of a walk through the folders.
     fn cmp(&self, other: &Self) -> Ordering {
         compare_paths(&self.source, &other.source).then(self.position.cmp(&other.position))
     }
@@ -118,28 +118,29 @@ pub fn compare_paths(a: &str, b: &str) -> Ordering {
     a.split('/').cmp(b.split('/'))
 }
 
-/// Where a line stands in the journal.
+/// The position of a line in the journal.
 #[derive(Clone, Copy, Debug)]
 struct Span {
     start: u64,
     len: usize,
 }
 
-/// An open journal; nobody else writes to it.
+/// An open journal. No other program writes to it.
 #[derive(Debug)]
 pub struct Journal {
     path: PathBuf,
     file: File,
     end: u64,
     records: BTreeMap<RecordKey, Span>,
-    /// Records of files, without those that say what was skipped.
+    /// The number of records of files, without those about skipped files.
     n_files: usize,
     /// When lines were last forced to the disk, in seconds since 1970, by the times of the lines themselves.
     synced: Option<f64>,
 }
 
 impl Journal {
-    /// Opens the journal in a folder, or begins one; a record counts if `is_whole` says so, and a torn end is cut off.
+    /// Opens the journal in a folder, or makes a new one. A record counts if `is_whole` returns true. An incomplete end is cut
+    /// off.
     ///
     /// # Errors
     /// If another program writes to it, or it cannot be read.
@@ -197,7 +198,7 @@ impl Journal {
         })
     }
 
-    /// Whether a file that went to a worker is done.
+    /// Whether a file that was given to a worker is done.
     #[must_use]
     pub fn has(&self, source: &str) -> bool {
         self.records.contains_key(&RecordKey {
@@ -206,13 +207,13 @@ impl Journal {
         })
     }
 
-    /// How many files are done; what was skipped does not count.
+    /// The number of files that are done. Skipped files do not count.
     #[must_use]
     pub fn n_files(&self) -> usize {
         self.n_files
     }
 
-    /// Notes that work begins, at a time in seconds since 1970.
+    /// Records that work begins, at a time in seconds since 1970.
     ///
     /// # Errors
     /// If the line cannot be written.
@@ -230,7 +231,7 @@ impl Journal {
         self.append(&line, started).map(|_| ())
     }
 
-    /// Notes that a file is done; its results must be on disk.
+    /// Records that a file is done. Its results must already be on disk.
     ///
     /// # Errors
     /// If the line cannot be written.
@@ -260,7 +261,7 @@ impl Journal {
         Ok(span)
     }
 
-    /// Forces the lines to the disk if that was long ago, or if the clock was set back.
+    /// Forces the lines to the disk if the last time was long ago, or if the clock was set back.
     fn sync(&mut self, now: f64) -> Result<(), JournalError> {
         let since = now - *self.synced.get_or_insert(now);
         if !(0.0..SYNC_EVERY_S).contains(&since) {
@@ -302,7 +303,7 @@ impl Journal {
         Ok(())
     }
 
-    /// Removes the journal: the batch is finished.
+    /// Removes the journal, because the batch is finished.
     ///
     /// # Errors
     /// If the file cannot be removed.
@@ -333,7 +334,7 @@ pub fn is_being_written(folder: &Path) -> bool {
     opened.is_ok_and(|file| matches!(file.try_lock_shared(), Err(TryLockError::WouldBlock)))
 }
 
-/// Visits the whole lines of a journal, each with its offset and length; what follows a torn line is left out.
+/// Visits the complete lines of a journal, each with its offset and length. Text after an incomplete line is left out.
 ///
 /// # Errors
 /// If the file cannot be read.

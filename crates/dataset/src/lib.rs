@@ -1,7 +1,7 @@
 //! Reads and writes data sets of labeled STEP shapes.
 //!
-//! A data set is a folder with carriers, with `index.jsonl`, which has a line for each shape, and with `dataset.json`,
-//! which has the settings. `partprobe label` writes it, and so can you: a [`DatasetWriter`] takes carriers. To read a data
+//! A data set is a folder with carriers, with `index.jsonl`, which has one line per shape, and with `dataset.json`, which has the
+//! settings. `partprobe label` writes it. You can also write one yourself: a [`DatasetWriter`] takes carriers. To read a data
 //! set, open it, go through its entries, and read the carrier of each:
 //!
 //! ```
@@ -35,8 +35,8 @@
 //! ```
 //!
 //! Guarantees: `Dataset::carrier` returns an error if the carrier is missing, damaged, changed, or of another shape. Files are
-//! written completely and then renamed. A data set has an index only if it is whole. Only the [`Journal`] of an unfinished
-//! batch is appended to, and a torn end of it is dropped. Paths in an index cannot lead out of the data set.
+//! written completely and then renamed. A data set has an index only if it is complete. Only the [`Journal`] of an unfinished
+//! batch is appended to, and an incomplete end of it is dropped. Paths in an index cannot lead out of the data set.
 //!
 //! Limits: this is the one library of partprobe that opens files. It does not print, read the clock or label anything.
 

@@ -1,17 +1,17 @@
-//! Writes the files of shapes into a data set, and says where they are.
+//! Writes the files of shapes into a data set, and defines their paths.
 
 use crate::{IndexEntry, OutputError, WrittenFile, write_atomically};
 use partprobe_carrier::sha256_hex;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// What a file of a shape contains.
+/// The kind of a file of a shape.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum FileKind {
     /// The carrier.
     Carrier,
-    /// The labels and the face graph alone.
+    /// Only the labels and the face graph.
     Labels,
     /// The sampled points.
     Points,

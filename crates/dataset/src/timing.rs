@@ -1,4 +1,4 @@
-//! Defines a line of `timing.jsonl`: how long a file took, and how much was written for it.
+//! Defines a line of `timing.jsonl`: the time that a file took, and the number of bytes that were written for it.
 
 use crate::FileRecord;
 use serde::{Deserialize, Serialize};
@@ -11,7 +11,7 @@ pub const TIMING_FILE: &str = "timing.jsonl";
 pub struct Timing {
     /// The file's name in the index.
     pub source: String,
-    /// Seconds in the worker; null where it did not answer.
+    /// Seconds in the worker, or null if it did not answer.
     pub seconds: Option<f64>,
     /// Bytes that were written for it.
     pub bytes: u64,

@@ -17,19 +17,19 @@ use std::path::{Component, Path, PathBuf};
 /// Any error while the lines of a file are written; [`OutputError`] names the file.
 type AnyError = Box<dyn Error + Send + Sync>;
 
-/// Why a data set, or a shape of it, cannot be written.
+/// The reason why a data set, or a shape of it, cannot be written.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum DatasetWriteError {
-    /// The folder holds something already.
+    /// The folder is not empty.
     #[error("{} is not empty; choose another folder", .0.display())]
     NotEmpty(PathBuf),
-    /// The folder cannot be looked at.
+    /// The folder cannot be read.
     #[error("reading {}", path.display())]
     UnreadableFolder {
         /// The folder.
         path: PathBuf,
-        /// Why.
+        /// The cause.
         source: io::Error,
     },
     /// Two shapes have this id, so their files would have one name.
@@ -41,7 +41,7 @@ pub enum DatasetWriteError {
     /// A file or folder cannot be written.
     #[error(transparent)]
     Output(#[from] OutputError),
-    /// The list of what is done cannot be read or written.
+    /// The journal cannot be read or written.
     #[error(transparent)]
     Journal(#[from] JournalError),
     /// The carrier does not fit into its file.
@@ -49,7 +49,7 @@ pub enum DatasetWriteError {
     Carrier {
         /// The shape.
         id: String,
-        /// Why.
+        /// The cause.
         source: NpzWriteError,
     },
     /// The settings cannot be written as JSON.
@@ -62,8 +62,8 @@ pub enum DatasetWriteError {
 
 /// A data set that is being written.
 ///
-/// Everything that was added is on disk when the call returns. Until [`finish`](Self::finish), the folder has a
-/// [`Journal`] and no index, so nobody takes it for a whole data set.
+/// Each shape is on disk when the call that adds it returns. Until [`finish`](Self::finish), the folder has a [`Journal`] and no
+/// index, so it is not mistaken for a complete data set.
 #[derive(Debug)]
 pub struct DatasetWriter {
     root: PathBuf,
@@ -71,12 +71,12 @@ pub struct DatasetWriter {
     compression: Compression,
     journal: Journal,
     ids: BTreeSet<String>,
-    /// How many shapes of each source were added.
+    /// The number of added shapes of each source.
     n_of_source: BTreeMap<String, u64>,
 }
 
 impl DatasetWriteError {
-    /// Whether the caller asked for something that cannot be meant, such as a folder that is in use.
+    /// Whether the caller made a mistake, for example by choosing a folder that is in use.
     #[must_use]
     pub fn is_misuse(&self) -> bool {
         matches!(
@@ -89,11 +89,11 @@ impl DatasetWriteError {
 impl DatasetWriter {
     /// Makes the folder of a new data set, and writes its settings as JSON.
     ///
-    /// The settings say how the shapes were labeled. `partprobe train --data` asks for an object with the key `label`, and
-    /// compares its values with the table `[label]` of the config.
+    /// The settings say how the shapes were labeled. `partprobe train --data` needs an object with the key `label`, and compares
+    /// its values with the table `[label]` of the config.
     ///
     /// # Errors
-    /// If the folder cannot be made, or holds something already.
+    /// If the folder cannot be made, or is not empty.
     pub fn create(root: &Path, settings: &impl Serialize) -> Result<Self, DatasetWriteError> {
         fs::create_dir_all(root)
             .map_err(|error| OutputError::new("making the folder", root, error))?;
@@ -112,8 +112,8 @@ impl DatasetWriter {
 
     /// Continues a data set that was not finished. Its settings are written again.
     ///
-    /// A file counts as done if the journal lists it, and if all that was written for it has its full size. Ask
-    /// [`Journal::has`] before you add a file: the ids of earlier shapes are not compared with new ones.
+    /// A file counts as done if the journal lists it and all files that were written for it have their full size. Call
+    /// [`Journal::has`] before you add a file, because the ids of earlier shapes are not compared with new ones.
     ///
     /// # Errors
     /// If another program writes to the data set, or its files cannot be read or written.
@@ -151,7 +151,7 @@ impl DatasetWriter {
         }
     }
 
-    /// Writes a carrier, which becomes a shape of the data set. `source` is the name of the file that it came from.
+    /// Writes a carrier, which becomes a shape of the data set. `source` is the name of the file from which it was made.
     ///
     /// # Errors
     /// If the carrier's id is not a file name or was used before, or its file cannot be written.
@@ -163,7 +163,7 @@ impl DatasetWriter {
         self.add_with_line(entry, carrier)
     }
 
-    /// Writes a carrier with the line that the index gets. [`IndexEntry::of_carrier`] makes a line to start from.
+    /// Writes a carrier with the given line of the index. [`IndexEntry::of_carrier`] makes a line to start from.
     ///
     /// # Errors
     /// As for [`add`](Self::add).
@@ -205,7 +205,7 @@ impl DatasetWriter {
         Ok(())
     }
 
-    /// Records one line. The shapes of one file are told apart by their position.
+    /// Records one line. The position distinguishes the shapes of one file.
     fn record_line(
         &mut self,
         entry: IndexEntry,
@@ -225,7 +225,7 @@ impl DatasetWriter {
         self.record(record)
     }
 
-    /// Records a file whose results are on disk already. A later record of the same source and position replaces it.
+    /// Records a file whose results are already on disk. A later record of the same source and position replaces it.
     ///
     /// # Errors
     /// If the journal cannot be written.
@@ -233,19 +233,19 @@ impl DatasetWriter {
         Ok(self.journal.record(record)?)
     }
 
-    /// The list of what is done.
+    /// The journal.
     #[must_use]
     pub fn journal(&self) -> &Journal {
         &self.journal
     }
 
-    /// The list of what is done, for notes such as [`Journal::begin_session`].
+    /// The journal, for calls such as [`Journal::begin_session`].
     #[must_use]
     pub fn journal_mut(&mut self) -> &mut Journal {
         &mut self.journal
     }
 
-    /// Writes the index, which makes the data set whole, and opens it.
+    /// Writes the index, which completes the data set, and opens it.
     ///
     /// The lines are sorted by source. The lines of one source keep the order in which they were added.
     ///
@@ -257,7 +257,7 @@ impl DatasetWriter {
         Ok(Dataset::open_any(&root)?)
     }
 
-    /// Writes the index, and shows the lines of each file. The lines are never in memory together.
+    /// Writes the index, and passes the lines of each file to `visit`. The lines are never all in memory at once.
     ///
     /// # Errors
     /// If the index cannot be written.
@@ -277,7 +277,7 @@ impl DatasetWriter {
                 Ok(file.write_all(&json_lines(&record.entries)?)?)
             })
         })?;
-        // A folder with an index and no journal is whole.
+        // A folder with an index and no journal is a complete data set.
         Ok(self.journal.remove()?)
     }
 }
@@ -295,7 +295,7 @@ fn write_settings(root: &Path, settings: &impl Serialize) -> Result<(), DatasetW
     Ok(write_atomically(&root.join(SETTINGS_FILE), &bytes)?)
 }
 
-/// Whether a file reached the disk as a whole. After a power cut it may not have.
+/// Whether a file reached the disk completely. After a power cut it may be incomplete.
 fn has_full_size(root: &Path, written: &WrittenFile) -> bool {
     fs::metadata(root.join(&written.file)).is_ok_and(|data| data.len() == written.bytes)
 }
@@ -408,7 +408,7 @@ mod tests {
         let again = DatasetWriter::create(root, &settings()).unwrap_err();
         assert!(again.is_misuse(), "{again}");
 
-        // A file that is not whole is not done.
+        // An incomplete file is not done.
         fs::write(root.join("b.npz"), b"torn").unwrap();
         let mut writer = DatasetWriter::resume(root, &settings()).unwrap();
         assert!(writer.journal().has("a.step") && !writer.journal().has("b.step"));

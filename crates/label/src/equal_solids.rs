@@ -2,17 +2,17 @@
 
 use partprobe_carrier::{FaceGraph, Mesh, Signature, signature};
 
-/// Whole areas that differ by no more than this fraction are equal.
+/// Total areas that differ by no more than this fraction are equal.
 const AREA_TOLERANCE: f64 = 1e-3;
 
-/// The outline and the size of a solid.
+/// The signature and the area of a solid.
 pub(crate) struct SolidOutline {
     signature: Signature,
     area: f64,
 }
 
 impl SolidOutline {
-    /// The outline of a solid's faces and triangles.
+    /// Computes the signature and the area of a solid.
     pub(crate) fn new(graph: &FaceGraph, mesh: &Mesh) -> Self {
         Self {
             signature: signature(graph, mesh),
@@ -27,7 +27,7 @@ impl SolidOutline {
     }
 }
 
-/// Names that modelers give by themselves: they say nothing of the product.
+/// Names that modelers give automatically. They do not describe the product.
 const GENERIC_NAMES: [&str; 10] = [
     "",
     "part",

@@ -5,7 +5,7 @@ use partprobe_carrier::{CarrierError, GivenError};
 use partprobe_sources::SourceError;
 use partprobe_truck::TruckError;
 
-/// Why a file or one of its shapes has no carrier.
+/// The reason why a file or one of its shapes has no carrier.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum LabelError {
@@ -17,7 +17,7 @@ pub enum LabelError {
         "the mesh has more than {limit} triangles; raise label.max_triangles or the tolerances"
     )]
     TooManyTriangles {
-        /// The most triangles that the options allow.
+        /// The largest number of triangles that the options allow.
         limit: u64,
     },
     /// Every face was lost.
@@ -26,16 +26,16 @@ pub enum LabelError {
         /// How many faces, loops and entities were lost.
         n_lost: usize,
     },
-    /// Each solid is asked for, and the file has none.
+    /// Each solid should become a shape, but the file has no solid.
     #[error("no face of the file belongs to a solid; label with label.unit = \"file\"")]
     NoSolid,
-    /// A layer is asked for that no source gives, or whose source does not label whole faces.
+    /// A requested layer has no source, or its source does not label whole faces.
     #[error(transparent)]
     Layer(#[from] SourceError),
-    /// The second kernel is asked for what it cannot do.
+    /// The options need a function that the second kernel does not have.
     #[error("truck labels whole files without instances; use the own kernel, or Unit::File")]
     WholeFilesOnly,
-    /// The kernel's answer contradicts itself.
+    /// The result of the kernel is not consistent.
     #[error(transparent)]
     Carrier(#[from] CarrierError),
     /// A mesh or a point cloud has no carrier.
@@ -47,7 +47,7 @@ pub enum LabelError {
 }
 
 impl LabelError {
-    /// Whether the file asks for more than the options allow, so that other options would read it.
+    /// Whether the file needs more than the options allow, so that it could be read with other options.
     #[must_use]
     pub fn is_over_budget(&self) -> bool {
         matches!(

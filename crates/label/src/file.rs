@@ -14,24 +14,24 @@ use partprobe_sources::{BoxedSource, StepParts};
 pub struct LabeledFile {
     /// The SHA-256 of the text, in hexadecimal digits.
     pub sha256: String,
-    /// The shapes, in the order of the file; never empty.
+    /// The shapes, in the order of the file. The list is never empty.
     pub shapes: Vec<LabeledShape>,
-    /// What is in no shape: the faces that [`Unit::Solid`] leaves out.
+    /// The items that are in no shape: the faces that [`Unit::Solid`] leaves out.
     pub lost: Vec<String>,
 }
 
 /// A shape with its carrier.
 #[derive(Clone, Debug)]
 pub struct LabeledShape {
-    /// The id of the file; for a solid, `<id>__s<k>` with the number of the solid.
+    /// The id of the file. For a solid, it is `<id>__s<k>` with the number of the solid.
     pub id: String,
-    /// The carrier, or why this shape has none.
+    /// The carrier, or the reason why this shape has none.
     pub carrier: Result<Carrier, LabelError>,
     /// The `#` number of the solid, if the shape is one.
     pub solid_step_id: Option<u64>,
-    /// The name of the solid, unless it is one that modelers give by themselves.
+    /// The name of the solid, unless modelers give this name automatically.
     pub product: Option<String>,
-    /// How many further solids of the file equal this one. They have no shape of their own.
+    /// The number of further solids of the file that equal this one. They do not become separate shapes.
     pub n_equal_solids: usize,
     /// Shared edges at which the angle between the faces is not defined.
     pub n_undefined_angles: usize,
@@ -39,19 +39,20 @@ pub struct LabeledShape {
     pub n_non_manifold_edges: u64,
 }
 
-/// Sees each carrier next to the surfaces that it was made from.
+/// A function that gets each carrier together with the surfaces from which it was made.
 pub type Visitor<'a> = &'a dyn Fn(&Carrier, &Brep);
 
 /// Labels the text of one STEP file.
 ///
 /// # Errors
-/// If the text cannot be read, if the whole file is one shape and this shape has no carrier, if each solid is asked for
-/// and there is none, or if the kernel cannot do what is asked. A single solid without a carrier is part of the answer.
+/// If the text cannot be read, if the whole file is one shape and this shape has no carrier, if each solid should become a shape
+/// and there is none, or if the kernel cannot do what the options request. A single solid without a carrier is part of the
+/// result.
 pub fn label(text: &[u8], id: &str, options: &LabelOptions) -> Result<LabeledFile, LabelError> {
     label_visiting(text, id, options, &|_, _| {})
 }
 
-/// Labels the text of one STEP file, and shows each carrier with the surfaces that it was made from.
+/// Labels the text of one STEP file, and passes each carrier to `visit`, with the surfaces from which it was made.
 ///
 /// # Errors
 /// As for [`label`].
@@ -79,9 +80,9 @@ pub fn label_visiting(
     }
 }
 
-/// The carrier of a mesh or a point cloud that came without a B-Rep. Its parts are the labels that it came with.
+/// The carrier of a mesh or a point cloud without a B-Rep. Its parts are its given labels.
 ///
-/// `sha256` is the hash of its file. Of the options, only the further layers and the limit of triangles matter.
+/// `sha256` is the hash of its file. Only two of the options are used: the further layers and the limit of triangles.
 ///
 /// # Errors
 /// If the shape is empty, its lists do not fit each other, it has too many triangles, or a layer is unknown.
@@ -113,7 +114,7 @@ pub fn label_given(
     })
 }
 
-/// What the shapes of one file share.
+/// The data that the shapes of one file share.
 struct Labeler<'a> {
     sha256: String,
     layer_sources: Vec<BoxedSource>,
@@ -136,7 +137,7 @@ impl Labeler<'_> {
         })
     }
 
-    /// One shape for each solid that does not equal an earlier one.
+    /// One shape per solid that does not equal an earlier one.
     fn label_solids(self, brep: &Brep, id: &str) -> Result<LabeledFile, LabelError> {
         let mut shapes: Vec<LabeledShape> = Vec::new();
         let mut outlines: Vec<SolidOutline> = Vec::new();
@@ -164,7 +165,7 @@ impl Labeler<'_> {
         })
     }
 
-    /// The shape, without a mesh if nothing that is asked for needs one, and the occurrences of its faces.
+    /// The shape and the occurrences of its faces. It has no mesh if the options do not need one.
     fn tessellate(&self, brep: &Brep) -> (Tessellation, Vec<Instance>) {
         let tessellation = &self.options.tessellation;
         if self.options.instances {
@@ -247,7 +248,7 @@ impl Labeler<'_> {
     }
 }
 
-/// Says how many faces [`Unit::Solid`] leaves out, so that they do not vanish in silence.
+/// The message about the number of faces that [`Unit::Solid`] leaves out, so that they do not disappear silently.
 fn faces_outside_solids(brep: &Brep) -> Option<String> {
     let outside: Vec<_> = brep
         .faces

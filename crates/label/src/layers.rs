@@ -1,7 +1,7 @@
 //! Puts the labels of further sources into a carrier.
 //!
-//! The names of sources go in, and carriers with one more layer per source come out. A source that refuses a shape does not
-//! end it: its layer is missing, and the notes of the carrier name the source and the reason.
+//! The names of sources go in, and carriers with one more layer per source come out. If a source refuses a shape, the shape is
+//! still labeled: only the layer is missing, and the notes of the carrier name the source and the reason.
 
 use partprobe_carrier::{Carrier, CarrierError, LabelLayer};
 use partprobe_sources::{BoxedSource, LabelSource, SourceError, face_source_named};
@@ -14,7 +14,7 @@ pub(crate) fn layer_sources(names: &[String]) -> Result<Vec<BoxedSource>, Source
     names.iter().map(|name| face_source_named(name)).collect()
 }
 
-/// The carrier with a layer of each source that accepts it.
+/// The carrier with one layer per source that accepts it.
 pub(crate) fn with_layers(
     mut carrier: Carrier,
     sources: &[BoxedSource],

@@ -26,8 +26,8 @@
 //!
 //! # What it does not do
 //!
-//! It opens no file, prints nothing, and does not read the clock. It limits the work by the counts of
-//! [`LabelOptions`]; a caller who also needs a limit of time or memory runs it in a process of its own.
+//! It opens no file, prints nothing, and does not read the clock. It limits the work by the counts of [`LabelOptions`]. If you
+//! also need a limit on time or memory, run it in a separate process.
 
 mod equal_solids;
 mod error;

@@ -1,10 +1,10 @@
 //! Defines the options of [`label`](crate::label()).
 //!
-//! They are plain values. What they mean is decided in the other modules.
+//! They are plain values. The other modules use them.
 
 use partprobe_brep::{ReadBudget, TessellationOptions};
 
-/// What becomes one carrier.
+/// The unit that becomes one carrier.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(
     feature = "serde",
@@ -38,25 +38,25 @@ pub enum Kernel {
 /// How a file is labeled.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LabelOptions {
-    /// What becomes one carrier.
+    /// The unit that becomes one carrier.
     pub unit: Unit,
     /// The kernel.
     pub kernel: Kernel,
     /// Whether each occurrence of a product in an assembly is placed. Otherwise each product is labeled once.
     pub instances: bool,
-    /// Whether a mesh is made. Without it a carrier holds the labels of the faces only; `tau_min`, `instances` and
-    /// [`Unit::Solid`] need the mesh and make it in any case.
+    /// Whether a mesh is made. Without it, a carrier holds only the labels of the faces. `tau_min`, `instances` and
+    /// [`Unit::Solid`] need the mesh, so it is made for them in any case.
     pub has_mesh: bool,
     /// Largest angle between the normals of two faces of one part along their shared edge, in degrees.
     pub theta_deg: f64,
-    /// Parts with fewer triangles than this get no label of their own.
+    /// Parts with fewer triangles than this are absorbed by a neighbor.
     pub tau_min: u32,
-    /// Names of built-in sources whose labels of the faces the carriers store too, for example `brep-face`. Sources that
-    /// draw random numbers are given the seed 0.
+    /// Names of built-in sources whose face labels the carriers also store, for example `brep-face`. Sources that draw random
+    /// numbers get the seed 0.
     pub layers: Vec<String>,
     /// Tolerances, attributes and the limit of triangles.
     pub tessellation: TessellationOptions,
-    /// What reading may cost.
+    /// The limits on the work of reading.
     pub budget: ReadBudget,
 }
 
@@ -78,7 +78,7 @@ impl Default for LabelOptions {
 }
 
 impl LabelOptions {
-    /// Whether anything that is asked for needs triangles.
+    /// Whether the options need triangles.
     pub(crate) fn needs_mesh(&self) -> bool {
         self.has_mesh || self.instances || self.tau_min > 0 || self.unit == Unit::Solid
     }

@@ -1,4 +1,4 @@
-//! Translates the second kernel's answer into the types of our own.
+//! Converts the result of the second kernel to the types of our own kernel.
 
 use crate::error::LabelError;
 use crate::options::LabelOptions;
@@ -6,7 +6,7 @@ use partprobe_brep::{Brep, LostKind, ShapeFlags, Tessellation};
 use partprobe_carrier::SurfaceAttributes;
 use partprobe_truck::{DroppedEntity, DroppedKind, TruckSettings, TruckShape};
 
-/// The file as truck reads it. truck knows no units, so they come from our own reading.
+/// The file as truck reads it. truck does not read units, so they come from our own reader.
 pub(crate) fn shape_by_truck(
     text: &[u8],
     brep: &Brep,

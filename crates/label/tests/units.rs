@@ -1,4 +1,4 @@
-//! Tests what one text becomes by the options of its labeling.
+//! Tests how the options of labeling change the shapes of a text.
 #![allow(
     clippy::unwrap_used,
     reason = "a test that cannot read its own text has failed"

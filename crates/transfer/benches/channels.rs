@@ -47,7 +47,7 @@ fn sample(mesh: &Mesh) -> PointSample {
     sample_by_area(mesh, 100_000, NormalKind::Triangle, &mut rng).expect("a torus has an area")
 }
 
-/// The surface is prepared within the measured time.
+/// Measures a channel, including the preparation of the surface.
 #[divan::bench(args = ["index", "nn-surface", "nn-surface, normals agree", "nn-vertex", "nn-vertex, normals agree"], sample_count = 10)]
 fn channel(bencher: Bencher<'_, '_>, name: &str) {
     let mesh = torus();
@@ -70,7 +70,7 @@ fn channel(bencher: Bencher<'_, '_>, name: &str) {
     bencher.bench(|| ceiling(channel, &labeled, &queries, &sample.triangles, &limits));
 }
 
-/// What the preparation of a surface takes of it.
+/// Measures the preparation of a surface alone.
 #[divan::bench(args = ["nn-surface", "nn-vertex"], sample_count = 10)]
 fn prepare(bencher: Bencher<'_, '_>, name: &str) {
     let mesh = torus();
@@ -83,7 +83,7 @@ fn prepare(bencher: Bencher<'_, '_>, name: &str) {
     }
 }
 
-/// What it takes to sort the points, and to put the answers back into their order.
+/// Measures sorting the points and restoring their order in the answers.
 #[divan::bench(sample_count = 10)]
 fn order(bencher: Bencher<'_, '_>) {
     let queries = queries_of(&sample(&torus()));

@@ -1,9 +1,9 @@
 //! Finds the nearest of many items with bounding boxes.
 //!
-//! The tree is a bounding volume hierarchy that halves the items at the median of their centers. Every second level is left
-//! out afterward, so that a node has up to four children, or items, whose boxes are compared at once. The tree is the same
-//! for the same items on any machine and for any number of threads. Equal distances go to the lowest item, so an answer
-//! does not depend on the shape of the tree, nor on the item that a search starts from.
+//! The tree is a bounding volume hierarchy that halves the items at the median of their centers. Every second level is left out
+//! afterward, so that a node has up to four children or items, whose boxes are compared at once. The tree is the same for the
+//! same items on any machine and for any number of threads. At equal distances, the lowest item is found, so an answer does not
+//! depend on the shape of the tree or on the item from which a search starts.
 
 use partprobe_carrier::Point;
 
@@ -16,10 +16,10 @@ const PARALLEL_ITEMS: usize = 4096;
 /// A node has at most this many children.
 const WIDTH: usize = 4;
 
-/// More nodes than a search has open at once: a tree of 2³² items has 16 levels of nodes with four children.
+/// A search never has more open nodes than this: a tree of 2³² items has 16 levels of nodes with four children.
 const MAX_OPEN: usize = 64;
 
-/// The computation of a squared distance to a box in single precision is wrong by less than this fraction.
+/// The relative error of a squared distance to a box in single precision is below this value.
 const ROUNDING: f32 = 1.0 / (1u32 << 20) as f32;
 
 /// An axis-parallel box, in single precision. It is rounded outward, so that nothing inside it is lost.
@@ -86,23 +86,23 @@ fn rounded_up(x: f64) -> f32 {
     -rounded_down(-x)
 }
 
-/// The smaller of two numbers; unlike `f32::min`, it is one instruction, and does not look for NaN.
+/// The smaller of two numbers. Unlike `f32::min`, it is one instruction and does not test for NaN.
 fn smaller(a: f32, b: f32) -> f32 {
     if a < b { a } else { b }
 }
 
-/// The larger of two numbers, with the same remark.
+/// The larger of two numbers, in the same way.
 fn larger(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
 }
 
-/// A node while the tree is made: it has two children or some items.
+/// A node while the tree is made. It has two children or some items.
 #[derive(Clone, Copy, Debug)]
 struct Node {
     bounds: Bounds,
     /// A leaf: its first item in the tree's order. An inner node: its second child; the first one follows the node.
     next: u32,
-    /// How many items a leaf has; 0 for an inner node.
+    /// The number of items of a leaf. It is 0 for an inner node.
     n_items: u32,
 }
 
@@ -117,7 +117,7 @@ struct WideNode {
     is_leaf: bool,
 }
 
-/// A point between two points in single precision.
+/// A point, rounded down and up to single precision.
 #[derive(Clone, Copy)]
 struct RoundedPoint {
     down: [f32; 3],
@@ -125,7 +125,7 @@ struct RoundedPoint {
 }
 
 impl WideNode {
-    /// For each child, a squared distance below which none of its items is.
+    /// For each child, a lower bound of the squared distance of its items.
     fn lower_bounds(&self, point: &RoundedPoint) -> [f32; WIDTH] {
         let mut sums = [0.0f32; WIDTH];
         for axis in 0..3 {
@@ -136,15 +136,15 @@ impl WideNode {
                 *sum += beyond * beyond;
             }
         }
-        // What is too large for single precision is at least as large as its largest number.
+        // A value that is too large for single precision is replaced by the largest number, which is still a lower bound.
         sums.map(|sum| smaller(sum * (1.0 - ROUNDING), f32::MAX))
     }
 }
 
-/// Items in space, found by distance.
+/// Items in space that can be found by their distance.
 #[derive(Clone, Debug)]
 pub(crate) struct BoxTree {
-    /// The root is the first one; there is none without items.
+    /// The nodes. The first one is the root. Without items there are no nodes.
     nodes: Vec<WideNode>,
     order: Vec<u32>,
 }
@@ -158,7 +158,7 @@ pub(crate) struct Found {
     pub(crate) squared_distance: f64,
 }
 
-/// An item while the tree is made: its box, and twice its center.
+/// An item while the tree is made, with its box and twice its center.
 #[derive(Clone, Copy)]
 struct Placed {
     item: u32,
@@ -166,7 +166,7 @@ struct Placed {
     center: [f32; 3],
 }
 
-/// Nodes that a search has yet to look at, each with a squared distance below which none of its items is.
+/// Nodes that a search must still visit, each with a lower bound of the squared distance of its items.
 struct Open {
     entries: [(f32, u32); MAX_OPEN],
     n: usize,
@@ -196,7 +196,7 @@ impl BoxTree {
         }
     }
 
-    /// The values of the items in the tree's order, so that what is near in space is near in memory.
+    /// The values of the items in the tree's order, so that items that are near in space are near in memory.
     pub(crate) fn arranged<T: Copy>(&self, values: &[T]) -> Vec<T> {
         self.order
             .iter()
@@ -213,8 +213,8 @@ impl BoxTree {
         slots
     }
 
-    /// The nearest item within a squared distance. `squared_distance` is given the index of an item in the tree's order
-    /// and the item. It says how far the item is, or `None` if it does not count.
+    /// The nearest item within a squared distance. `squared_distance` is given the index of an item in the tree's order and the
+    /// item. It returns the squared distance of the item, or `None` if the item does not count.
     ///
     /// The search is short if `start` is the index, in the tree's order, of an item that is near.
     pub(crate) fn nearest(
@@ -306,13 +306,13 @@ impl Open {
     }
 }
 
-/// The same tree without every second level; each leaf has the boxes of its items.
+/// The same tree without every second level. Each leaf has the boxes of its items.
 fn widened(nodes: &[Node], items: &[Placed]) -> Vec<WideNode> {
     if nodes.is_empty() {
         return Vec::new();
     }
     let mut wide: Vec<WideNode> = Vec::with_capacity(nodes.len() / 2 + 1);
-    // An entry is a node, and where the index of its wide node belongs: a wide node and the number of its child.
+    // An entry is a node, and the position of the index of its wide node: a wide node and the number of its child.
     let mut waiting: Vec<(u32, Option<(usize, usize)>)> = vec![(0, None)];
     while let Some((node, parent)) = waiting.pop() {
         let own = wide.len();
@@ -334,7 +334,7 @@ fn widened(nodes: &[Node], items: &[Placed]) -> Vec<WideNode> {
     wide
 }
 
-/// The children of a node, with the children of each in its place unless it is a leaf.
+/// The children of a node. A child that is not a leaf is replaced by its own children.
 fn grandchildren(nodes: &[Node], node: u32) -> impl Iterator<Item = u32> {
     let children = |node: u32| [node + 1, nodes[node as usize].next];
     children(node).into_iter().flat_map(move |child| {
@@ -378,9 +378,9 @@ impl WideNode {
     }
 }
 
-/// How many nodes a tree of so many items has.
+/// The number of nodes of a tree with `n_items` items.
 ///
-/// The nodes of one level have two sizes at most, which differ by 1.
+/// The nodes of one level have at most two sizes, which differ by 1.
 fn n_nodes(n_items: usize) -> usize {
     let mut size = n_items;
     let mut n_small = usize::from(n_items > 0);
@@ -400,10 +400,10 @@ fn n_nodes(n_items: usize) -> usize {
     total
 }
 
-/// Makes the nodes over `items`, whose first one has the index `first_item` in the whole order; the first of `nodes` has
-/// the index `first_node` in the whole tree.
+/// Makes the nodes over `items`, whose first one has the index `first_item` in the whole order. The first of `nodes` has the
+/// index `first_node` in the whole tree.
 ///
-/// The depth is the binary logarithm of the number of items, so that a recursion is safe.
+/// The depth is the binary logarithm of the number of items, so recursion is safe.
 fn build(items: &mut [Placed], first_item: u32, nodes: &mut [Node], first_node: u32) {
     let Some((node, below)) = nodes.split_first_mut() else {
         return;
@@ -448,7 +448,7 @@ mod tests {
     }
 
     fn small_coordinate() -> impl Strategy<Value = f64> {
-        // Few values, so that distances are often equal.
+        // There are only few values, so distances are often equal.
         (0i32..5).prop_map(f64::from)
     }
 

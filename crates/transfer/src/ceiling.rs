@@ -1,7 +1,7 @@
-//! Measures the transfer ceiling: what a channel leaves of labels that are identical.
+//! Measures the transfer ceiling: the agreement of labels with themselves after a channel.
 //!
-//! An agreement of 0.6 through a channel whose ceiling is 0.65 says that the labels are nearly equal. Every agreement
-//! table carries its ceiling for this reason.
+//! If the agreement is 0.6 and the ceiling of the channel is 0.65, the labels are nearly equal. Therefore every table of
+//! agreements also contains the ceiling.
 
 use crate::channel::{Channel, Target, TransferredLabels, carry};
 use crate::query::{Limits, Query};
@@ -19,8 +19,8 @@ pub struct Ceiling {
 impl Ceiling {
     /// The fraction of the labeled points whose label came through unchanged; 1 if no point has a label.
     ///
-    /// A score that renames labels, such as the accuracy after Hungarian matching, can be computed from `own` and
-    /// `carried`; it is at least this.
+    /// A score that renames labels, such as the accuracy after Hungarian matching, can be computed from `own` and `carried`. It
+    /// is at least as large as this agreement.
     #[must_use]
     pub fn agreement(&self) -> f64 {
         let labeled = self.own.iter().zip(&self.carried.labels);

@@ -16,12 +16,12 @@ pub enum Channel {
     Index,
     /// Triangles with the same corners correspond, within a tolerance in the unit of the positions.
     Triangle {
-        /// The largest distance of two corners that are the same.
+        /// The largest distance between two corners that count as the same.
         tolerance: f64,
     },
     /// The label of the nearest point of the labeled surface.
     NnSurface,
-    /// The label that most triangles at the nearest vertex have (the paper's comparison).
+    /// The label that most triangles at the nearest vertex have. The paper uses this channel for its comparison.
     NnVertex,
 }
 
@@ -44,7 +44,7 @@ impl fmt::Display for Channel {
     }
 }
 
-/// The points that want labels, and the surface that they were drawn from.
+/// The points that need labels, and the surface from which they were drawn.
 #[derive(Clone, Copy, Debug)]
 pub struct Target<'a> {
     /// The surface of the points.
@@ -55,10 +55,10 @@ pub struct Target<'a> {
     pub triangles: &'a [u32],
 }
 
-/// Labels that arrived.
+/// The labels after a channel.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TransferredLabels {
-    /// The label of each point; [`IGNORE`] if none arrived.
+    /// The label of each point, or [`IGNORE`] if the point got no label.
     pub labels: Vec<i32>,
     /// How many points have no label.
     pub n_unlabeled: usize,
@@ -74,7 +74,7 @@ impl TransferredLabels {
     }
 }
 
-/// Carries labels through a channel. The limits matter to the channels that search for the nearest.
+/// Carries labels through a channel. Only the channels that search for a nearest item use the limits.
 ///
 /// # Errors
 /// If the lists of the target do not fit each other, or the channel is `index` and the surfaces have different numbers of
@@ -142,7 +142,7 @@ fn by_index(labeled: &LabeledSurface<'_>, target: &Target<'_>) -> Result<Vec<i32
     Ok(target.triangles.iter().map(of_triangle).collect())
 }
 
-/// A triangle that several labeled triangles with different labels have the corners of gets no label.
+/// A triangle gets no label if several labeled triangles have its corners and their labels differ.
 fn by_triangle(labeled: &LabeledSurface<'_>, target: &Target<'_>, tolerance: f64) -> Vec<i32> {
     let matched = match_triangles(labeled.surface(), target.surface, tolerance);
     let label_of = |source: u32| labeled.labels()[source as usize];

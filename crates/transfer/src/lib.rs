@@ -22,7 +22,7 @@
 //!
 //! # What it guarantees
 //!
-//! - Distances are exact: the nearest triangle is found by its true distance. Of equal distances the lowest index wins, so
+//! - Distances are exact: the nearest triangle is found by its true distance. At equal distances, the lowest index is chosen, so
 //!   the result is the same on every machine and for any number of threads.
 //! - A point without a label is counted. It never gets the label of another point silently.
 //! - Coordinates that are not finite, and indices that point nowhere, give a [`TransferError`].

@@ -5,18 +5,18 @@ use crate::query::{Limits, Nearest, Query, normals_agree};
 use crate::surface::TransferError;
 use partprobe_carrier::{Point, dot, subtract};
 
-/// A cloud that is asked for its nearest point.
+/// A cloud that is prepared for searches of its nearest point.
 #[derive(Clone, Debug)]
 pub struct NearestPoint {
     tree: BoxTree,
     positions: Vec<Point>,
-    /// The normal of each point; empty if the cloud has none.
+    /// The normal of each point. The list is empty if the cloud has none.
     normals: Vec<Point>,
 }
 
 impl NearestPoint {
-    /// Prepares a cloud; `normals` has one unit normal per point, or is empty. Without normals, a limit on angles lets
-    /// no point pass.
+    /// Prepares a cloud. `normals` has one unit normal per point, or is empty. Without normals, no point satisfies a limit on
+    /// angles.
     ///
     /// # Errors
     /// If there are normals, but not one per point.
@@ -39,7 +39,7 @@ impl NearestPoint {
         })
     }
 
-    /// The nearest point within the limits; the lowest of those at equal distance.
+    /// The nearest point within the limits. At equal distances, the lowest one is returned.
     #[must_use]
     pub fn nearest(&self, query: &Query, limits: &Limits) -> Option<Nearest> {
         let min_cosine = limits.min_cosine();

@@ -7,9 +7,9 @@ use crate::surface::Surface;
 use partprobe_carrier::{Point, unit_normal};
 use rayon::prelude::*;
 
-/// A surface that is asked for its nearest triangle.
+/// A surface that is prepared for searches of its nearest triangle.
 ///
-/// Cost: `O(T log T)` to make for `T` triangles, and about `O(log T)` per question.
+/// Cost: `O(T log T)` for the preparation of `T` triangles, and about `O(log T)` per query.
 #[derive(Clone, Debug)]
 pub struct NearestSurface {
     tree: BoxTree,
@@ -40,14 +40,13 @@ impl NearestSurface {
         }
     }
 
-    /// The nearest triangle within the limits. Triangles at equal distance, for example at a common edge, give way to
-    /// the lowest.
+    /// The nearest triangle within the limits. At equal distances, for example at a common edge, the lowest triangle is returned.
     #[must_use]
     pub fn nearest(&self, query: &Query, limits: &Limits) -> Option<Nearest> {
         self.nearest_among(query, limits, |_| true)
     }
 
-    /// The same among the triangles that `counts` says yes to, by their index.
+    /// The same among the triangles whose index satisfies `counts`.
     #[must_use]
     pub fn nearest_among(
         &self,
@@ -58,7 +57,7 @@ impl NearestSurface {
         self.search(query, limits, &mut Start::default(), counts)
     }
 
-    /// The nearest triangle within the limits; the search starts at the triangle that the one before it found.
+    /// The nearest triangle within the limits. The search starts at the triangle that the previous search found.
     pub(crate) fn nearest_from(
         &self,
         query: &Query,

@@ -1,8 +1,8 @@
 //! Takes the label that most triangles at the nearest vertex have: channel `nn-vertex`.
 //!
-//! This is the paper's way for its comparison at 10⁵ points ("nearest-neighbor query on mesh vertices"), where the labels
-//! are those of triangles. On a coarse mesh it loses most of them, because a corner of a box has three faces and one
-//! label: see the crate's tests.
+//! The paper uses this channel for its comparison at 10⁵ points ("nearest-neighbor query on mesh vertices"), with labels of
+//! triangles. On a coarse mesh, most labels are lost, because a corner of a box has three faces but only one label: see the
+//! crate's tests.
 
 use crate::box_tree::{Bounds, BoxTree};
 use crate::query::{Limits, Query, Start, normals_agree};
@@ -15,24 +15,24 @@ use std::ops::Range;
 /// A vertex with more triangles needs an allocation to count their labels.
 const FEW_TRIANGLES: usize = 16;
 
-/// A labeled surface that is asked for its nearest vertex.
+/// A labeled surface that is prepared for searches of its nearest vertex.
 ///
-/// Vertices at one position count as one.
+/// Vertices at the same position count as one vertex.
 #[derive(Clone, Debug)]
 pub struct NearestVertex {
     tree: BoxTree,
     /// The positions in the order of the tree.
     positions: Vec<Point>,
     incident: Incident,
-    /// The label of each position, by all triangles at it.
+    /// The most frequent label at each position, counting all its triangles.
     majority: Vec<i32>,
 }
 
-/// The triangles at each position, in one list. Positions are in the order of the tree, so that what is near in space is
+/// The triangles at each position, in one list. Positions are in the order of the tree, so positions that are near in space are
 /// near in memory.
 #[derive(Clone, Debug)]
 struct Incident {
-    /// Where the triangles of each position begin in the list, and its end.
+    /// The index of the first triangle of each position in the list, and the length of the list at the end.
     starts: Vec<u32>,
     /// The normal and the label of each triangle at each position.
     normals: Vec<Point>,
@@ -69,8 +69,9 @@ impl NearestVertex {
         }
     }
 
-    /// The label that most triangles at the nearest vertex have; the lowest of those that are equally frequent. With a
-    /// limit on angles, only triangles whose normals agree count, and vertices without such a triangle are passed by.
+    /// The label that most triangles at the nearest vertex have. If several labels are equally frequent, the lowest one is
+    /// returned. With a limit on angles, only triangles whose normals agree count, and vertices without such a triangle are
+    /// skipped.
     ///
     /// Returns `None` if no vertex is within the limits, or no triangle at the vertex has a label.
     #[must_use]
@@ -78,7 +79,7 @@ impl NearestVertex {
         self.label_from(query, limits, &mut Start::default())
     }
 
-    /// The same; the search starts at the vertex that the one before it found.
+    /// The same, but the search starts at the vertex that the previous search found.
     pub(crate) fn label_from(
         &self,
         query: &Query,
@@ -110,7 +111,7 @@ impl NearestVertex {
     }
 }
 
-/// The positions that are used, each once, and which one each vertex has.
+/// The distinct positions, and the index of each vertex's position.
 fn distinct_positions(vertices: &[Point]) -> (Vec<Point>, Vec<u32>) {
     let mut index_of_bits: HashMap<[u64; 3], u32> = HashMap::with_capacity(vertices.len());
     let mut positions = Vec::new();
@@ -129,7 +130,7 @@ fn distinct_positions(vertices: &[Point]) -> (Vec<Point>, Vec<u32>) {
 }
 
 impl Incident {
-    /// The triangles at each of `n_positions` positions; `slot_of_vertex` says which one each vertex has.
+    /// The triangles at each of `n_positions` positions. `slot_of_vertex` is the index of each vertex's position.
     fn new(labeled: &LabeledSurface<'_>, n_positions: usize, slot_of_vertex: &[u32]) -> Self {
         let surface = labeled.surface();
         let mut starts = vec![0u32; n_positions + 1];
@@ -170,7 +171,8 @@ impl Incident {
         self.normals[self.range(slot)].iter().copied().any(agrees)
     }
 
-    /// The most frequent label among the triangles that agree, the lowest in a tie; triangles without a label do not count.
+    /// The most frequent label among the triangles that agree, or the lowest of several equally frequent ones. Triangles without
+    /// a label do not count.
     fn majority(&self, slot: usize, agrees: impl Fn(Point) -> bool) -> Option<i32> {
         let labels = self.labels[self.range(slot)].iter();
         let normals = self.normals[self.range(slot)].iter();
@@ -179,7 +181,7 @@ impl Incident {
             .filter(|&(&label, &normal)| label >= 0 && agrees(normal))
             .map(|(&label, _)| label);
 
-        // Hardly a vertex has more triangles than fit without an allocation.
+        // Hardly any vertex has so many triangles that an allocation is needed.
         let mut few = [0; FEW_TRIANGLES];
         let mut many = Vec::new();
         let counted = if self.range(slot).len() <= FEW_TRIANGLES {
@@ -200,7 +202,7 @@ impl Incident {
     }
 }
 
-/// The slots of a triangle's corners, each once: a needle may have one position twice, and is one triangle there.
+/// The distinct slots of a triangle's corners. A needle may have the same position twice, but counts only once there.
 fn slots_of(corners: &[u32; 3], slot_of_vertex: &[u32]) -> impl Iterator<Item = usize> {
     let [a, b, c] = corners.map(|vertex| slot_of_vertex[vertex as usize] as usize);
     let second = (b != a).then_some(b);
@@ -213,7 +215,7 @@ mod tests {
     use super::*;
     use crate::surface::Surface;
 
-    /// Three triangles around the origin, of which one looks up.
+    /// Three triangles around the origin. One of them faces up.
     const VERTICES: [Point; 4] = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     const TRIANGLES: [[u32; 3]; 3] = [[0, 1, 2], [0, 2, 3], [0, 3, 1]];
 

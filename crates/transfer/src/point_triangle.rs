@@ -2,17 +2,17 @@
 
 use partprobe_carrier::{Point, dot, subtract};
 
-/// The squared distance from a point to the nearest point of a triangle, its inside and border included.
+/// The squared distance from a point to the nearest point of a triangle, including its inside and its border.
 ///
-/// It finds the region of the triangle's plane that the point projects to (Ericson, Real-Time Collision Detection, 2005,
-/// §5.1.5). A triangle without area is the segment or the point that it is.
+/// It finds the region of the triangle's plane to which the point projects (Ericson, Real-Time Collision Detection, 2005,
+/// §5.1.5). A triangle without an area is treated as a segment or a point.
 pub(crate) fn squared_distance(point: Point, corners: [Point; 3]) -> f64 {
     let nearest = nearest_on_triangle(point, corners);
     let apart = subtract(point, nearest);
     dot(apart, apart)
 }
 
-/// The distance from a point to the nearest point of a triangle, its inside and border included.
+/// The distance from a point to the nearest point of a triangle, including its inside and its border.
 #[must_use]
 pub fn distance_to_triangle(point: Point, corners: [Point; 3]) -> f64 {
     squared_distance(point, corners).sqrt()
@@ -64,7 +64,7 @@ fn nearest_on_triangle(point: Point, [a, b, c]: [Point; 3]) -> Point {
     along(on_ab, ac, vc / total)
 }
 
-/// `start + fraction · direction`; a fraction of 0/0 comes from an edge without length, whose start is its nearest point.
+/// `start + fraction · direction`. A fraction of 0/0 comes from an edge without a length. Then the nearest point is its start.
 fn along(start: Point, direction: Point, fraction: f64) -> Point {
     let fraction = if fraction.is_finite() { fraction } else { 0.0 };
     std::array::from_fn(|axis| start[axis] + fraction * direction[axis])
@@ -118,7 +118,7 @@ mod tests {
             let apart = subtract(point, inside);
             let least = squared_distance(point, corners);
             prop_assert!(least <= dot(apart, apart) + 1e-9);
-            // The nearest point is a point of the triangle: it is at distance 0 from it.
+            // The nearest point belongs to the triangle, so its distance from the triangle is 0.
             let nearest = nearest_on_triangle(point, corners);
             prop_assert!(squared_distance(nearest, corners) < 1e-9);
         }

@@ -1,24 +1,24 @@
-//! Defines what is asked of a labeled surface or cloud, and what comes back.
+//! Defines a query to a labeled surface or cloud, and its result.
 
 use partprobe_carrier::{Point, PointSample, bounding_box, dot};
 use rayon::prelude::*;
 
-/// A point that wants a label.
+/// A point that needs a label.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Query {
     /// The position.
     pub position: Point,
-    /// The unit normal of the surface at the point, if it is known; a limit on angles needs it.
+    /// The unit normal of the surface at the point, if it is known. A limit on angles needs it.
     pub normal: Option<Point>,
 }
 
-/// What a labeled triangle or point must satisfy to give its label.
+/// Conditions that a labeled triangle or point must satisfy so that its label is used.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limits {
     /// The largest distance, in the unit of the positions.
     pub max_distance: f64,
-    /// The largest angle between the two normals, in degrees; `None` lets any normal pass. A point without a normal
-    /// then finds nothing.
+    /// The largest angle between the two normals, in degrees, or `None` if any normal is allowed. With a limit, a point without a
+    /// normal finds nothing.
     pub max_angle_deg: Option<f64>,
 }
 
@@ -29,8 +29,8 @@ impl Limits {
         max_angle_deg: None,
     };
 
-    /// The same limits, with normals that agree: the variant of a channel that does not take a label from the other
-    /// side of a sheet, or from around a sharp edge.
+    /// The same limits with a limit on the angle between normals. Then a channel does not take a label from the other side of a
+    /// sheet, or from the other side of a sharp edge.
     #[must_use]
     pub fn with_normals_within(self, max_angle_deg: f64) -> Self {
         Self {
@@ -39,7 +39,7 @@ impl Limits {
         }
     }
 
-    /// The lowest cosine between two normals that agree; `None` if any two do.
+    /// The lowest cosine between two normals that agree. Returns `None` if there is no limit.
     pub(crate) fn min_cosine(&self) -> Option<f64> {
         self.max_angle_deg.map(|degrees| degrees.to_radians().cos())
     }
@@ -54,7 +54,7 @@ pub(crate) fn normals_agree(query: &Query, normal: Point, min_cosine: Option<f64
     }
 }
 
-/// What was found for a query.
+/// The item that was found for a query.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Nearest {
     /// The index of the triangle, vertex or point.
@@ -75,27 +75,27 @@ pub fn queries_of(sample: &PointSample) -> Vec<Query> {
         .collect()
 }
 
-/// Where a search starts: at the item that the search before it found. The answer does not depend on it.
+/// The item at which a search starts: the result of the previous search. The answer does not depend on it.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Start(pub(crate) Option<u32>);
 
-/// So many queries are answered one after the other, each search starting where the one before it ended.
+/// The number of queries that one thread answers one after the other. Each search starts where the previous one ended.
 const CHUNK: usize = 512;
 
-/// Answers each query, in parallel; the answers are in the order of the queries.
+/// Answers the queries in parallel. The answers are in the order of the queries.
 ///
-/// Queries that are near each other are answered one after the other, since they visit the same part of a tree. This
-/// changes the time and nothing else.
+/// Queries that are near each other are answered one after the other, because they visit the same region of a tree. This only
+/// changes the time.
 pub fn for_all<T: Send>(queries: &[Query], answer: impl Fn(&Query) -> T + Send + Sync) -> Vec<T> {
     for_all_from(queries, |query, _| answer(query))
 }
 
-/// The same with searches that start where the one before them ended.
+/// The same, with searches that start where the previous one ended.
 pub(crate) fn for_all_from<T: Send>(
     queries: &[Query],
     answer: impl Fn(&Query, &mut Start) -> T + Send + Sync,
 ) -> Vec<T> {
-    // The position on the curve is in the upper half, the index of the query in the lower one.
+    // The upper half of a key is the position on the curve, and the lower half is the index of the query.
     let positions = curve_positions(queries).into_iter().zip(0u64..);
     let mut order: Vec<u64> = positions
         .map(|(position, query)| u64::from(position) << 32 | query)
@@ -107,7 +107,7 @@ pub(crate) fn for_all_from<T: Send>(
         .par_chunks(CHUNK)
         .map(|chunk| {
             let mut start = Start::default();
-            // They are copied first: a loop that only copies waits for memory less than a search does.
+            // The queries are copied first, because a loop that only copies waits less for memory than a search does.
             let near: Vec<Query> = chunk.iter().map(|key| queries[index(key)]).collect();
             near.iter().map(|query| answer(query, &mut start)).collect()
         })
@@ -117,14 +117,14 @@ pub(crate) fn for_all_from<T: Send>(
     for (key, answer) in order.iter().zip(answers.into_iter().flatten()) {
         in_order[index(key)] = Some(answer);
     }
-    // Each query was answered once, so that no slot is left empty.
+    // Each query was answered once, so no slot is empty.
     in_order.into_iter().flatten().collect()
 }
 
-/// Cells along each axis, as a power of two, of the grid that orders queries.
+/// The binary logarithm of the number of cells along each axis of the grid that orders queries.
 const CELL_BITS: u32 = 10;
 
-/// Where each query lies on the z-order curve through a grid over all of them.
+/// The position of each query on the z-order curve through a grid over all queries.
 fn curve_positions(queries: &[Query]) -> Vec<u32> {
     let positions: Vec<Point> = queries.iter().map(|query| query.position).collect();
     let Some([low, high]) = bounding_box(&positions) else {

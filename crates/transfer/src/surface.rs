@@ -1,4 +1,4 @@
-//! Defines the triangles that labels come from, and why they cannot be used.
+//! Defines labeled triangles, and the reasons why labels cannot be carried.
 
 use partprobe_carrier::{Mesh, Point, unit_normal};
 
@@ -61,14 +61,14 @@ impl<'a> Surface<'a> {
         self.triangles[triangle].map(|vertex| self.vertices[vertex as usize])
     }
 
-    /// The unit normal of a triangle; 0 if the triangle has no area.
+    /// The unit normal of a triangle. It is 0 if the triangle has no area.
     #[must_use]
     pub fn normal(&self, triangle: usize) -> Point {
         unit_normal(self.corners(triangle))
     }
 }
 
-/// Triangles with one label each; a negative label says that the triangle has none.
+/// Triangles with one label each. A negative label means that the triangle has none.
 #[derive(Clone, Copy, Debug)]
 pub struct LabeledSurface<'a> {
     surface: Surface<'a>,
@@ -105,7 +105,7 @@ impl<'a> LabeledSurface<'a> {
     }
 }
 
-/// Why labels cannot be carried.
+/// The reason why labels cannot be carried.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum TransferError {
@@ -117,13 +117,13 @@ pub enum TransferError {
         /// How many vertices there are.
         n_vertices: usize,
     },
-    /// A vertex is at no position.
+    /// A vertex has no valid position.
     #[error("vertex {vertex} has a coordinate that is not a finite number")]
     Coordinate {
         /// The vertex.
         vertex: usize,
     },
-    /// The number of labels is not that of the triangles.
+    /// The number of labels differs from the number of triangles.
     #[error("there are {n_labels} labels for {n_triangles} triangles")]
     LabelCount {
         /// How many labels there are.
@@ -142,10 +142,10 @@ pub enum TransferError {
         /// How many triangles the other surface has.
         n_triangles: usize,
     },
-    /// Points and their triangles, or points and their normals, are not of one length.
+    /// The list of points and the list of their triangles or normals have different lengths.
     #[error("there are {n_points} points, and {found} entries in `{list}`")]
     PointCount {
-        /// The list of another length.
+        /// The list with the other length.
         list: &'static str,
         /// How many points there are.
         n_points: usize,

@@ -1,7 +1,7 @@
 //! Finds which triangles of two surfaces have the same corners: channel `triangle`.
 //!
-//! Some tools merge vertices, drop faces or reorder them, so that the index of a triangle says nothing. Its three
-//! positions still do.
+//! Some tools merge vertices, drop faces or reorder them. Then triangles cannot be matched by their indices, but they can still
+//! be matched by the positions of their corners.
 
 use crate::box_tree::{Bounds, BoxTree};
 use crate::surface::Surface;
@@ -10,11 +10,11 @@ use partprobe_carrier::{Point, centroid, distance};
 /// For each triangle of one surface, the triangles of another with the same corners.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TriangleMatch {
-    /// The lowest labeled triangle with the same corners; `None` if there is none.
+    /// For each triangle, the lowest labeled triangle with the same corners, or `None`.
     pub source_of: Vec<Option<u32>>,
-    /// Triangles whose corners several labeled triangles have, with all of these.
+    /// Triangles with the same corners as several labeled triangles, and the list of these.
     pub several: Vec<(u32, Vec<u32>)>,
-    /// How many labeled triangles have the corners of no other triangle.
+    /// The number of labeled triangles whose corners no triangle of the other surface has.
     pub n_unused: usize,
 }
 
@@ -42,14 +42,14 @@ pub fn match_triangles(labeled: Surface<'_>, target: Surface<'_>, tolerance: f64
         let own = target.corners(triangle);
         let mut equal = Vec::new();
         let center = centroid(own);
-        // Nothing counts as found, so that the search sees every triangle whose centroid is this near.
+        // The visitor never reports a result, so the search visits every triangle whose centroid is near enough.
         let visit = |_, item: u32| {
             if same_corners(own, corners[item as usize], tolerance) {
                 equal.push(item);
             }
             None
         };
-        // The mean of three distances is at most the tolerance; rounding may add a little.
+        // The mean of three distances is at most the tolerance. Rounding may add a little.
         let reach = tolerance * (1.0 + 1e-9);
         tree.nearest(center, reach * reach, None, visit);
 

@@ -1,4 +1,4 @@
-//! Measures how much each channel loses of labels that are identical, on four solids in few triangles.
+//! Measures how many labels each channel loses if the labels are identical, on four solids with few triangles.
 //!
 //! The expected numbers are scores after Hungarian matching: accuracy and mIoU. They were measured before this crate
 //! existed, with k-d trees of SciPy.
@@ -100,7 +100,7 @@ fn check_solid(mesh: Mesh, n_triangles: usize, expected: [[f64; 2]; 3]) {
     assert_eq!(through(&solid, Channel::Index, &Limits::NONE), [1.0, 1.0]);
     let same_corners = Channel::Triangle { tolerance: 1e-9 };
     assert_eq!(through(&solid, same_corners, &Limits::NONE), [1.0, 1.0]);
-    // Points are stored in single precision, so that a few beside an edge are nearer to the other side of it.
+    // Points are stored in single precision, so a few points near an edge are nearer to the other side of it.
     let [accuracy, miou] = through(&solid, Channel::NnSurface, &Limits::NONE);
     assert!(accuracy > 0.9999 && miou > 0.9999, "{accuracy} {miou}");
     let sharp = Limits::NONE.with_normals_within(30.0);

@@ -1,5 +1,4 @@
-//! Makes four labeled solids, one label per face of the B-Rep that they stand for, in as few triangles as a CAD program
-//! writes.
+//! Makes four labeled solids with one label per B-Rep face, and with as few triangles as a CAD program writes.
 
 use partprobe_carrier::Mesh;
 use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation};
@@ -28,7 +27,7 @@ pub(crate) fn block(size: [f64; 3]) -> Mesh {
     solid.mesh
 }
 
-/// A tube of outer radius 1, inner radius 0.5 and height 2; labels: bottom, outside, inside, top.
+/// A tube of outer radius 1, inner radius 0.5 and height 2. Labels: bottom, outside, inside, top.
 pub(crate) fn tube(n_segments: u32) -> Mesh {
     let ring = |radius: f64, height: f64| {
         (0..n_segments).map(move |idx| {
