@@ -1,8 +1,9 @@
-"""Runs the scripts for clusters, and compares what they make with one machine: prove_array.py PROGRAM OUT [STEP…] [--hyperqueue]
+"""Runs the scripts for clusters, and compares what they make with one machine: prove_array.py PROGRAM OUT [STEP…] [--hyperqueue] [--hq HQ]
 
 A small scheduler runs examples/slurm_array.sh as Slurm does, two tasks at a time. It runs one task twice, and kills another one in the
-middle before it runs it again. With `--hyperqueue`, a real HyperQueue server with two workers runs examples/hyperqueue.sh (`pip
-install hyperqueue`). The merged shares must have the bytes of `partprobe label` in one call. Without STEP files, parts are
+middle before it runs it again. With `--hyperqueue`, a real HyperQueue server with two workers runs the tasks of
+examples/hyperqueue.sh (`pip install hyperqueue`). With `--hq`, the script itself submits them with HyperQueue's program to a server
+and a worker for two tasks. The merged shares must have the bytes of `partprobe label` in one call. Without STEP files, parts are
 generated. OUT must not exist.
 """
 
@@ -106,6 +107,22 @@ def prove_hyperqueue(program, environment, steps, out, expected):
     compare("HyperQueue", out / "hyperqueue-dataset", expected)
 
 
+def prove_hq(hq, environment, steps, out, expected):
+    """The script as its user calls it, with the program `hq` on the path."""
+    shares = out / "hq"
+    variables = {"HQ_SERVER_DIR": out / "hq-server", "PATH": f"{hq.parent}{os.pathsep}{environment['PATH']}", "SHARES": N_SHARES}
+    settings = {"env": environment | {name: str(value) for name, value in variables.items()}, "cwd": out, "stdout": subprocess.DEVNULL}
+    with subprocess.Popen([hq, "server", "start"], **settings) as server:
+        try:
+            subprocess.run([hq, "server", "wait", "--timeout", "1m"], **settings, check=True)
+            # A worker ends with its server.
+            subprocess.Popen([hq, "worker", "start", "--cpus", "2"], **settings)
+            subprocess.run([EXAMPLES / "hyperqueue.sh", steps, shares, *OPTIONS], **settings, check=True)
+        finally:
+            server.terminate()
+    compare("hq submit", shares / "dataset", expected)
+
+
 def run(program, *arguments):
     subprocess.run([program, *map(str, arguments), "--quiet"], check=True, stdout=subprocess.DEVNULL)
 
@@ -116,6 +133,7 @@ def main():
     parser.add_argument("out", type=pathlib.Path)
     parser.add_argument("steps", nargs="*", type=pathlib.Path, help="folders of STEP files; generated parts if not given")
     parser.add_argument("--hyperqueue", action="store_true")
+    parser.add_argument("--hq", type=pathlib.Path, help="HyperQueue's program")
     arguments = parser.parse_args()
     program, out = arguments.program.resolve(), arguments.out.resolve()
     out.mkdir(parents=True)
@@ -131,6 +149,8 @@ def main():
     prove_slurm(program, environment, steps, out, out / "one")
     if arguments.hyperqueue:
         prove_hyperqueue(program, environment, steps, out, out / "one")
+    if arguments.hq:
+        prove_hq(arguments.hq.resolve(), environment, steps, out, out / "one")
     return 0
 
 
