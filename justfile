@@ -210,6 +210,14 @@ prove-ray out *folders: (_venv "ray" "ray[data] pyarrow") wheel
 check-wheel:
     .ci/wheel
 
+# examples/faces_torch_geometric.py on generated parts (installs torch and torch_geometric; minutes)
+prove-torch-geometric: (_venv "torch-geometric" "torch numpy torch_geometric") wheel
+    "{{build}}/torch-geometric/bin/pip" install --quiet --force-reinstall --no-deps {{build}}/wheels/partprobe-*_$(uname -m).whl
+    rm -rf "{{build}}/torch-geometric-run"
+    "{{build}}/torch-geometric/bin/partprobe" synth --out "{{build}}/torch-geometric-run/parts" -n 40 --seed 3 --quiet
+    "{{build}}/torch-geometric/bin/partprobe" label "{{build}}/torch-geometric-run/parts" --out "{{build}}/torch-geometric-run/labeled" --quiet
+    "{{build}}/torch-geometric/bin/python" examples/faces_torch_geometric.py "{{build}}/torch-geometric-run/labeled"
+
 # Models of tools/onnx/make_model.py on ONNX Runtime, which pip installs.
 onnx:
     cargo build --release
