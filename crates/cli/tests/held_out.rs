@@ -192,6 +192,17 @@ fn copy_folder(from: &Path, to: &Path) {
     }
 }
 
+/// Resumes the run of the fixture.
+const RESUMED: [&str; 7] = [
+    "run",
+    "tiny.toml",
+    "--data",
+    "data",
+    "--out",
+    "run",
+    "--resume",
+];
+
 #[test]
 fn a_new_reference_is_scored_on_the_test_shapes_and_on_no_other() {
     let fixture = Fixture::new();
@@ -270,21 +281,12 @@ fn a_reference_that_came_later_has_no_say_in_the_training() {
         fixture.read(&format!("run/{WEIGHTS}")),
     );
     fs::remove_dir_all(fixture.path("run/checkpoints")).unwrap();
-    let resumed = [
-        "run",
-        "tiny.toml",
-        "--data",
-        "data",
-        "--out",
-        "run",
-        "--resume",
-    ];
     fixture.check(
-        &resumed,
+        &RESUMED,
         2,
         r#"compare.references is ["step-parts","primitive"], not ["step-parts"]"#,
     );
-    fixture.check(&[&resumed[..], &references].concat(), 0, "");
+    fixture.check(&[&RESUMED[..], &references].concat(), 0, "");
     assert!(
         fixture.read(&format!("run/{WEIGHTS}")) == weights
             && fixture.read("run/scores.jsonl") == scores
@@ -396,16 +398,7 @@ fn a_config_that_was_changed_by_hand_does_not_fit_its_split() {
     fs::write(fixture.path("run/config.toml"), config).unwrap();
     fs::remove_file(fixture.path("run/split.json")).unwrap();
     fixture.check(&["eval", "run"], 1, "no split.json");
-    let resumed = [
-        "run",
-        "tiny.toml",
-        "--data",
-        "data",
-        "--out",
-        "run",
-        "--resume",
-    ];
-    fixture.check(&resumed, 1, "trainings without their split.json");
+    fixture.check(&RESUMED, 1, "trainings without their split.json");
 }
 
 #[test]
@@ -704,17 +697,8 @@ fn a_run_is_repeated_from_its_folder() {
             && told.contains(", 1 of them differ"),
         "{told}"
     );
-    let resumed = [
-        "run",
-        "tiny.toml",
-        "--data",
-        "data",
-        "--out",
-        "run",
-        "--resume",
-    ];
     fixture.check(
-        &resumed,
+        &RESUMED,
         2,
         "change it by `partprobe eval RUN --set KEY=VALUE`",
     );
@@ -1324,15 +1308,6 @@ fn so_many_shapes_are_taken_whatever_the_order_of_the_index() {
 #[test]
 fn two_at_once_in_one_folder_are_refused() {
     let fixture = Fixture::new();
-    let resumed = [
-        "run",
-        "tiny.toml",
-        "--data",
-        "data",
-        "--out",
-        "run",
-        "--resume",
-    ];
     let train = [
         "train",
         "tiny.toml",
@@ -1349,12 +1324,12 @@ fn two_at_once_in_one_folder_are_refused() {
         .open(fixture.path("run/.lock"))
         .unwrap();
     lock.lock().unwrap();
-    for args in [&resumed[..], &train, &["eval", "run"]] {
+    for args in [&RESUMED[..], &train, &["eval", "run"]] {
         fixture.check(args, 2, "another partprobe is working in run");
     }
     // A lock goes with its program, and the file that it leaves is in nobody's way.
     drop(lock);
-    for args in [&resumed[..], &train, &["eval", "run"]] {
+    for args in [&RESUMED[..], &train, &["eval", "run"]] {
         fixture.check(args, 0, "");
     }
 }
