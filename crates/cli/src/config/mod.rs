@@ -12,19 +12,23 @@ mod kernel_options;
 mod merge;
 mod metric_name;
 mod problem;
+mod ranges;
 mod settings;
 mod source_table;
 mod stated;
 mod training_tables;
 
 pub(crate) use clusterer_name::ClustererName;
-pub(crate) use difference::{Difference, differences, listed, shown};
+#[cfg(feature = "train")]
+pub(crate) use difference::shown;
+pub(crate) use difference::{Difference, differences, listed};
 #[cfg(feature = "train")]
 pub(crate) use endpoint::{EndpointConfig, EndpointNormals, EndpointShapes};
-pub(crate) use flag::{as_written, by_flag, key_of};
+pub(crate) use flag::by_flag;
+#[cfg(feature = "train")]
+pub(crate) use flag::{as_written, key_of};
 pub(crate) use merge::{LoadedConfig, load, shipped, shipped_descriptions, shipped_names};
 pub(crate) use metric_name::MetricName;
-#[cfg(feature = "train")]
 pub(crate) use problem::nearest;
 #[cfg(feature = "train")]
 pub(crate) use settings::overrides_of_preparation;
