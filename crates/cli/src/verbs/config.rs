@@ -1,9 +1,9 @@
 //! Runs `partprobe config`: it lists the shipped configs, prints one with everything that it builds on, and checks a file.
 
 use crate::config::{Config, load, shipped, shipped_descriptions};
-#[cfg(feature = "train")]
 use crate::label_sources::source_named;
 use crate::markdown_table::{Alignment, markdown_table};
+#[cfg(feature = "train")]
 use crate::run::{checked_expectations, ensure_frozen_parts};
 use crate::stdout::{print_line, print_result, print_tables};
 use crate::usage::as_usage_error;
