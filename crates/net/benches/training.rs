@@ -19,14 +19,14 @@ fn main() {
 const N_POINTS: usize = 20_000;
 const N_TOKENS: usize = 4096;
 
-/// Points of a shape become tokens.
+/// Measures grouping the points of a shape into tokens.
 #[divan::bench(sample_count = 20)]
 fn tokens(bencher: Bencher<'_, '_>) {
     let shape = generated_shape();
     bencher.bench(|| tokenize(black_box(&shape.sample), N_TOKENS, Voxels::NormalKeyed));
 }
 
-/// Pose, tokens, jitter and the tables of all levels, which loader threads do ahead of an update.
+/// Measures the work of the loader threads before an update: pose, tokens, jitter and the tables of all levels.
 #[divan::bench(args = Preset::ALL.map(Preset::name), sample_count = 20)]
 fn loading(bencher: Bencher<'_, '_>, preset: &str) {
     let shape = generated_shape();
@@ -34,7 +34,7 @@ fn loading(bencher: Bencher<'_, '_>, preset: &str) {
     bencher.bench(|| loading.load(black_box(&shape), 0).map(drop));
 }
 
-/// Forward, loss, backward and AdamW for one shape, on one thread.
+/// Measures forward pass, loss, backward pass and AdamW for one shape, on one thread.
 #[divan::bench(args = ["micro", "tiny"], sample_count = 10, sample_size = 1)]
 fn update(bencher: Bencher<'_, '_>, preset: &str) {
     let mut training = training(preset);
@@ -44,7 +44,7 @@ fn update(bencher: Bencher<'_, '_>, preset: &str) {
     bencher.bench_local(|| training.step(black_box(&batch)).map(drop));
 }
 
-/// Eight steps of mean shift of 128 numbers per token, behind the head.
+/// Measures eight steps of mean shift after the head, with 128 numbers per token.
 #[divan::bench(args = [1024, 2048, 4096], sample_count = 10, sample_size = 1)]
 fn mean_shift(bencher: Bencher<'_, '_>, n_tokens: usize) {
     let mut rng = keyed_rng(0, &["mean shift"]);

@@ -4,8 +4,8 @@
 //! cargo run --release -p partprobe-net --example train_tiny
 //! ```
 //!
-//! The whole loop is [`fit`]. This file supplies its two ends: shapes in memory, and an observer that prints. A program
-//! whose shapes do not fit into memory implements [`Batches`](partprobe_net::Batches).
+//! The whole loop is [`fit`]. This file supplies its input and its output: shapes in memory, and an observer that prints. A
+//! program whose shapes do not fit into memory implements [`Batches`](partprobe_net::Batches).
 
 use partprobe_carrier::{NormalKind, keyed_rng, sample_by_area};
 use partprobe_label::{LabelOptions, label};
@@ -76,7 +76,7 @@ impl Observer for PrintLoss {
     }
 }
 
-/// PTv3 at its smallest, with short embeddings. The patches are as small as the shapes.
+/// The smallest PTv3, with short embeddings. The patches are as small as the shapes.
 fn network() -> NetConfig {
     NetConfig {
         backbone: BackboneConfig::Ptv3(Ptv3Config {
@@ -88,7 +88,7 @@ fn network() -> NetConfig {
     }
 }
 
-/// The default settings, but for a quick run: twenty updates of two shapes each.
+/// The default settings, changed for a quick run of twenty updates with two shapes each.
 fn settings() -> TrainSettings {
     TrainSettings {
         tokens: TokenConfig {

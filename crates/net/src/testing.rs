@@ -8,7 +8,7 @@ use crate::model::net_config::NetConfig;
 use crate::training::TrainShape;
 use partprobe_carrier::{PointSample, keyed_rng};
 
-/// The network that tests run: the real preset, with patches small enough that small shapes have several.
+/// The network of the tests: the real preset, with patches that are small enough for small shapes to have several of them.
 pub(crate) fn net() -> NetConfig {
     NetConfig {
         backbone: BackboneConfig::Ptv3(ptv3()),
@@ -61,7 +61,7 @@ pub(crate) fn settings(steps: usize) -> TrainSettings {
     }
 }
 
-/// A box of sides 1, 1 and `length` with a label for each of its six faces.
+/// A box of sides 1, 1 and `length`, with one label per face.
 pub(crate) fn labeled_box(length: f32, n_points: usize) -> TrainShape {
     let id = format!("box-{length}");
     let rng = &mut keyed_rng(0, &["planted", &id]);

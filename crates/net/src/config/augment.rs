@@ -7,15 +7,15 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct AugmentConfig {
-    /// Turn by one of the 24 rotations that map the axes onto each other.
+    /// Whether to apply one of the 24 rotations that map the axes onto each other.
     pub axis_rotations: bool,
-    /// Probability of a uniformly random rotation as well.
+    /// Probability of an additional uniformly random rotation.
     pub free_rotation_probability: f64,
     /// Probability of a reflection.
     pub reflect_probability: f64,
     /// Range of the factor that scales the unit sphere.
     pub scale: [f64; 2],
-    /// Standard deviation of the noise on a token's position, in unit-sphere units; normals keep theirs.
+    /// Standard deviation of the noise on a token's position, in unit-sphere units. Normals do not change.
     pub jitter_sigma: f64,
     /// The noise is cut off at this size.
     pub jitter_clip: f64,
@@ -36,7 +36,7 @@ impl Default for AugmentConfig {
 }
 
 impl AugmentConfig {
-    /// Refuses probabilities outside 0..=1 and scales that turn a shape inside out.
+    /// Refuses probabilities outside 0..=1 and scales that are not positive.
     ///
     /// # Errors
     /// If a value is out of its range.

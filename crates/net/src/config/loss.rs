@@ -13,7 +13,7 @@ pub struct LossConfig {
     pub push_weight: f64,
     /// Weight of the prototype cross-entropy.
     pub proto_ce_weight: f64,
-    /// An embedding that is nearer to its center than this distance is not pulled; [`Pull`] defines the distance.
+    /// An embedding that is nearer to its center than this distance is not pulled. [`Pull`] defines the distance.
     pub pull_margin: f64,
     /// Two centers whose cosine is below `push_margin` are not pushed.
     pub push_margin: f64,
@@ -24,7 +24,7 @@ pub struct LossConfig {
     pub pull: Pull,
     /// How pull and push grow beyond their margins.
     pub hinge: Hinge,
-    /// What counts alike in pull and cross-entropy.
+    /// The items that have equal weight in pull and cross-entropy.
     pub weight: LossWeight,
 }
 
@@ -50,15 +50,15 @@ impl Default for LossConfig {
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum Pull {
-    /// 1 − cosine, as in the paper. Its slope vanishes at the center, so parts stay wide.
+    /// 1 − cosine, as in the paper. Its slope vanishes at the center, so parts do not become narrow.
     #[default]
     Cosine,
-    /// The chord √(2 − 2·cosine), the distance that k-means measures. It pulls near the center as much as far from it.
+    /// The chord √(2 − 2·cosine), the distance that k-means measures. It pulls equally strongly near the center and far from it.
     Chord,
 }
 
 impl Pull {
-    /// Whether this is the distance of the paper. Settings that were stored before there was a choice do not name it.
+    /// Whether this is the distance of the paper. Settings that were stored before this choice existed do not contain it.
     fn is_default(&self) -> bool {
         *self == Self::Cosine
     }
@@ -68,19 +68,19 @@ impl Pull {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Hinge {
-    /// In proportion to what is missing.
+    /// In proportion to the excess.
     Linear,
-    /// With the square of it: far ones move first, near ones hardly.
+    /// With the square of the excess. Embeddings with a large excess move first, and those with a small one hardly move.
     Squared,
 }
 
-/// What counts alike in pull and cross-entropy.
+/// The items that have equal weight in pull and cross-entropy.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum LossWeight {
-    /// Each part, however small.
+    /// Each part, independently of its size.
     Part,
-    /// Each token, so that a large part outweighs a small one.
+    /// Each token, so a large part has more weight than a small one.
     Point,
 }
 

@@ -1,6 +1,7 @@
-//! Defines the settings of a backbone and of its training: typed, unknown keys refused, and checked once by `check`.
+//! Defines the settings of a backbone and of its training. They are typed, unknown keys are refused, and `check` checks them
+//! once.
 //!
-//! `Default` repeats `configs/base.toml` for callers without a config file; a test of the program compares both. No key of a
+//! `Default` repeats `configs/base.toml` for callers without a config file. A test of the program compares both. No key of a
 //! config file has a default here.
 
 mod augment;
@@ -19,7 +20,7 @@ pub use training::{NoFault, TrainConfig, TrainSettings};
 
 use serde::{Deserialize, Serialize};
 
-/// A value that no stage can work with.
+/// A value that cannot be used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{key} {problem}")]
 pub struct ConfigError {
@@ -45,7 +46,7 @@ fn is_positive(value: f64) -> bool {
     value > 0.0 && value.is_finite()
 }
 
-/// The implementation of tensor operations that a network runs on.
+/// The implementation of tensor operations that a network uses.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]

@@ -9,9 +9,9 @@ use serde::{Deserialize, Serialize};
 pub struct OptimConfig {
     /// The highest learning rate of the schedule.
     pub learning_rate: f64,
-    /// Decoupled weight decay; biases and norms do not decay.
+    /// Decoupled weight decay. Biases and norms do not decay.
     pub weight_decay: f64,
-    /// The learning rate of the blocks (xCPE, attention, perceptron), in learning rates of the rest.
+    /// The learning rate of the blocks (xCPE, attention, perceptron), as a multiple of the learning rate of the other layers.
     pub block_lr_factor: f64,
     /// The gradient of a step is scaled down to this Euclidean norm over all parameters.
     pub clip_norm: f64,
@@ -20,7 +20,7 @@ pub struct OptimConfig {
 }
 
 impl Default for OptimConfig {
-    /// A learning rate of 0.001 with one cycle, and gradients of norm 3 at most.
+    /// A learning rate of 0.001 with one cycle, and gradients with a norm of at most 3.
     fn default() -> Self {
         Self {
             learning_rate: 1e-3,
@@ -49,13 +49,13 @@ pub enum ScheduleConfig {
     Cosine {
         /// Fraction of the steps that go up.
         warmup_fraction: f64,
-        /// The last learning rate, in highest ones.
+        /// The last learning rate, as a fraction of the highest one.
         final_fraction: f64,
     },
     /// The same learning rate at each step.
     Constant,
-    /// A straight line up, the same learning rate for as long as needed, and a straight line down at the end. The lines
-    /// have their own lengths, so that a training without a line down can be made longer.
+    /// A straight line up, a constant learning rate, and a straight line down at the end. The lengths of the lines are given in
+    /// steps, so a training without a line down can be made longer.
     Trapezoid {
         /// Steps that go up.
         warmup_steps: usize,
@@ -76,7 +76,7 @@ impl Default for ScheduleConfig {
 }
 
 impl OptimConfig {
-    /// Refuses rates below 0 and schedules without an end. A learning rate of 0 is allowed: it trains nothing.
+    /// Refuses rates below 0 and schedules without an end. A learning rate of 0 is allowed. Then nothing is trained.
     ///
     /// # Errors
     /// If a value is out of its range.

@@ -1,17 +1,17 @@
-//! Defines the table `[tokens]`: how many tokens a shape is cut into, and which points share one.
+//! Defines the table `[tokens]`: the number of tokens of a shape, and the points that share a token.
 
 use super::{ConfigError, ensure};
 use partprobe_carrier::{Rng, unit_interval};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// Which points share a token.
+/// The points that share a token.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Voxels {
-    /// Those of one cell whose normals have one dominant axis.
+    /// The points of one cell whose normals have the same dominant axis.
     NormalKeyed,
-    /// All of one cell, as in PTv3: the two sides of a thin plate share tokens.
+    /// All points of one cell, as in PTv3. The two sides of a thin plate then share tokens.
     Plain,
 }
 
@@ -21,13 +21,13 @@ pub enum Voxels {
 pub enum TrainTokens {
     /// The same number in every update.
     Fixed(usize),
-    /// A number between these two for each shape and update. Its logarithm is uniform, so that fine and coarse resolutions
-    /// are equally frequent.
+    /// A number between these two, drawn for each shape and update. Its logarithm is uniform, so fine and coarse resolutions are
+    /// equally frequent.
     Range([usize; 2]),
 }
 
 impl TrainTokens {
-    /// The number for one shape in one update. Only a range draws from `rng`.
+    /// The number for one shape in one update. A fixed number does not use `rng`.
     #[must_use]
     pub fn drawn(self, rng: &mut Rng) -> usize {
         match self {
@@ -74,7 +74,7 @@ impl fmt::Display for TrainTokens {
     }
 }
 
-/// How many tokens a shape is cut into.
+/// The number of tokens of a shape.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct TokenConfig {
@@ -82,10 +82,10 @@ pub struct TokenConfig {
     pub train_tokens: TrainTokens,
     /// The approximate number of tokens of a shape at test time.
     pub test_tokens: usize,
-    /// In how many poses a shape is embedded at test time. The embeddings of a token are concatenated.
+    /// The number of poses in which a shape is embedded at test time. The embeddings of a token are concatenated.
     #[serde(default = "one", skip_serializing_if = "is_one")]
     pub test_poses: usize,
-    /// Which points share a token.
+    /// The points that share a token.
     pub voxels: Voxels,
 }
 
@@ -98,7 +98,7 @@ fn is_one(n: &usize) -> bool {
 }
 
 impl Default for TokenConfig {
-    /// 512 tokens in training and 1024 in tests, with voxels that tell the two sides of a wall apart.
+    /// 512 tokens in training and 1024 in tests, with voxels that separate the two sides of a wall.
     fn default() -> Self {
         Self {
             train_tokens: TrainTokens::Fixed(512),
@@ -110,7 +110,7 @@ impl Default for TokenConfig {
 }
 
 impl TokenConfig {
-    /// Refuses token counts with which nothing can be told apart.
+    /// Refuses token counts that are too small.
     ///
     /// # Errors
     /// If a count is below 8.

@@ -1,4 +1,4 @@
-//! Defines the length and the seed of a training, and joins all tables that decide it.
+//! Defines the length and the seed of a training, and joins all tables that determine it.
 
 use super::{AugmentConfig, ConfigError, LossConfig, OptimConfig, TokenConfig, ensure};
 use serde::{Deserialize, Serialize};
@@ -7,18 +7,18 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct TrainConfig {
-    /// Updates of the weights.
+    /// Number of updates of the weights.
     pub steps: usize,
-    /// Shapes that are computed together.
+    /// Number of shapes per batch.
     pub batch_shapes: usize,
-    /// Batches whose gradients make one update; it is the mean over all of their shapes.
+    /// Number of batches per update. The gradient of an update is the mean over all of their shapes.
     pub accumulate: usize,
     /// Seed of the initial weights, the order of the shapes, the serialization and the augmentation.
     pub seed: u64,
-    /// The parts of the network that keep their weights: beginnings of parameter names, for example `encoder.0`.
+    /// The sections of the network whose weights do not change, given by beginnings of parameter names, for example `encoder.0`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub freeze: Vec<String>,
-    /// Always [`NoFault::None`]; checkpoints hold the key.
+    /// Always [`NoFault::None`]. Checkpoints contain the key.
     #[serde(default, rename = "sabotage")]
     pub fault: NoFault,
 }
@@ -50,23 +50,23 @@ impl TrainConfig {
         self.freeze.iter().any(frozen)
     }
 
-    /// Shapes of an update.
+    /// The number of shapes per update.
     #[must_use]
     pub fn update_shapes(&self) -> usize {
         self.batch_shapes.saturating_mul(self.accumulate)
     }
 }
 
-/// The one value that is left of a former setting: earlier versions could build a fault into a training by it.
+/// The only remaining value of a former setting, by which earlier versions could inject a fault into a training.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum NoFault {
-    /// A sound training.
+    /// A training without a fault.
     #[default]
     None,
 }
 
-/// Everything that a training depends on, apart from the network and the shapes.
+/// All settings of a training except those of the network and the shapes.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct TrainSettings {
@@ -83,7 +83,7 @@ pub struct TrainSettings {
 }
 
 impl TrainSettings {
-    /// Checks each table and that there is something to do.
+    /// Checks each table, and that there is at least one update and one shape per batch.
     ///
     /// # Errors
     /// If a value is out of its range.

@@ -1,10 +1,10 @@
-//! Follows space-filling curves on the integer grid: the index of a cell along Morton and Hilbert order.
+//! Computes space-filling curves on the integer grid: the index of a cell along the Morton and the Hilbert curve.
 //!
 //! Both curves are hierarchical: `code >> 3` is the code of the cell of twice the size that holds the cell.
 
 use serde::{Deserialize, Serialize};
 
-/// Bits of a coordinate that a code keeps; a grid has at most 2^16 cells a side.
+/// The number of bits of a coordinate in a code. A grid has at most 2^16 cells per side.
 pub(crate) const MAX_DEPTH: u32 = 16;
 
 /// A cell of the integer grid.
@@ -49,13 +49,13 @@ impl Curve {
     }
 }
 
-/// Bits that the largest of these coordinates needs; at least 1.
+/// The number of bits that the largest of these coordinates needs, at least 1.
 pub(crate) fn depth_of(cells: &[Cell]) -> u32 {
     let highest = cells.iter().flatten().max().copied().unwrap_or(0);
     (u32::BITS - highest.leading_zeros()).max(1)
 }
 
-/// Writes the bits of three coordinates in turn, x first.
+/// Interleaves the bits of three coordinates, x first.
 fn interleave(cell: Cell) -> u64 {
     (0..MAX_DEPTH).rev().fold(0, |code, bit| {
         let [x, y, z] = cell.map(|coordinate| u64::from(coordinate >> bit & 1));

@@ -1,7 +1,8 @@
-//! Computes random Fourier features of tokens: what as many numbers as an embedding has buy without a network.
+//! Computes random Fourier features of tokens. They are a baseline without a network, with as many numbers as an embedding.
 //!
-//! The features are those of Rahimi and Recht 2007, "Random features for large-scale kernel machines": the scalar product of
-//! two rows is about exp(−σ² d² / 2), where d is the distance of the tokens by half their position and their normal.
+//! The features are those of Rahimi and Recht 2007, "Random features for large-scale kernel machines": the scalar product of two
+//! rows is about exp(−σ² d² / 2), where d is the distance between the tokens, computed from half of their positions and from
+//! their normals.
 
 use super::jitter::standard_normal;
 use super::tokens::Tokens;
@@ -15,7 +16,7 @@ const N_FREQUENCIES: usize = 64;
 impl Tokens {
     /// 128 random Fourier features of half the position and the normal of each token, as unit rows.
     ///
-    /// The frequencies follow from the seed alone, so all shapes have the same.
+    /// The frequencies depend only on the seed, so they are the same for all shapes.
     #[must_use]
     pub fn fourier_rows(&self, seed: u64) -> Embeddings {
         let geometry = self.geometry_rows();

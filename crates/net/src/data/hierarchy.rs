@@ -1,7 +1,7 @@
 //! Computes the integer tables that a point transformer needs on each level of tokens.
 //!
-//! Each level halves the grid by dropping the last three bits of the Morton code; tokens of different dominant normal
-//! axes stay apart on all levels, so that the sides of a thin plate never merge.
+//! Each level halves the grid by dropping the last three bits of the Morton code. Tokens with different dominant normal axes
+//! remain separate on all levels, so the sides of a thin plate never merge.
 
 use crate::data::curve::{Cell, Curve, MAX_DEPTH, depth_of};
 use crate::data::neighbor_table::neighbor_table;
@@ -12,7 +12,7 @@ use partprobe_carrier::Rng;
 use rand::Rng as _;
 use std::sync::Arc;
 
-/// Cells in the neighborhood of xCPE.
+/// Number of cells in the neighborhood of xCPE.
 pub(crate) const XCPE_VOLUME: usize = 27;
 
 /// The levels of one shape, from its tokens up.
@@ -30,9 +30,9 @@ pub(crate) struct Level {
     pub(crate) cells: Vec<Cell>,
     /// The 3³ neighborhood of each token.
     pub(crate) neighbors: Neighbors,
-    /// The serialized patches, one way for each curve, in the order of the level.
+    /// The serialized patches, one set per curve, in the order of the level.
     pub(crate) patches: Vec<Arc<Patches>>,
-    /// The tokens that share a cell, one for each dominant axis of the normals in it, or `None` if nobody asks for them.
+    /// The tokens that share a cell, one per dominant axis of the normals in it, or `None` if they are not needed.
     pub(crate) by_cell: Option<Clusters>,
     /// How the tokens merge into those of the next level, or `None` on the last level.
     pub(crate) pooling: Option<Clusters>,
@@ -47,14 +47,14 @@ pub(crate) struct Clusters {
     pub(crate) cluster: Vec<u32>,
     /// `[cluster, max_members]` tokens. A cluster with fewer tokens repeats its first one.
     pub(crate) members: Vec<u32>,
-    /// The most tokens that a cluster can have.
+    /// The largest number of tokens that a cluster can have.
     pub(crate) max_members: usize,
 }
 
-/// A cell has eight cells of half the size, and each holds at most one token of an axis.
+/// A cell has eight cells of half the size. Each of them has at most one token per axis.
 const CHILDREN: usize = 8;
 
-/// There are six signed axes, and a cell holds at most one token of each.
+/// There are six signed axes, and a cell has at most one token per axis.
 const AXES: usize = 6;
 
 impl Clusters {
@@ -82,13 +82,13 @@ impl Clusters {
     }
 }
 
-/// The order of the curves on each level; block i of a stage follows `orders[level][i % n]`, as in PTv3.
+/// The order of the curves on each level. Block i of a stage uses the curve `orders[level][i % n]`, as in PTv3.
 pub(crate) type CurveOrders = Vec<Vec<Curve>>;
 
 /// The fixed order of the curves at test time: level l starts with the l-th of `curves`.
 ///
-/// PTv3 shuffles the curves in each pooling, at test time too, so that its inference is random. This is one draw of that
-/// shuffle, kept: were each level to start with the first curve, stages of one block would know no other.
+/// PTv3 shuffles the curves in each pooling, also at test time, so its inference is random. This is one fixed draw of that
+/// shuffle. If each level started with the first curve, stages with one block would use only this curve.
 pub(crate) fn fixed_orders(n_levels: usize, curves: &[Curve]) -> CurveOrders {
     let rotated = |level: usize| {
         let mut order = curves.to_vec();
@@ -98,7 +98,7 @@ pub(crate) fn fixed_orders(n_levels: usize, curves: &[Curve]) -> CurveOrders {
     (0..n_levels).map(rotated).collect()
 }
 
-/// A random order of the curves on each level, for training. It draws as many numbers from the generator for any `curves`.
+/// A random order of the curves on each level, for training. It draws the same number of random numbers for any `curves`.
 pub(crate) fn shuffled_orders(n_levels: usize, curves: &[Curve], rng: &mut Rng) -> CurveOrders {
     let mut shuffled = || {
         let mut order = Curve::ALL.to_vec();
@@ -112,7 +112,7 @@ pub(crate) fn shuffled_orders(n_levels: usize, curves: &[Curve], rng: &mut Rng) 
 }
 
 impl Hierarchy {
-    /// Builds one level for each entry of `orders`, with patches of at most `patch` tokens.
+    /// Builds one level per entry of `orders`, with patches of at most `patch` tokens.
     pub(crate) fn new(tokens: &Tokens, patch: usize, orders: &CurveOrders) -> Self {
         Self::build(tokens, patch, orders, false)
     }
@@ -160,7 +160,7 @@ impl Level {
     }
 }
 
-/// The tokens along a curve; those of one cell in the order of their axes.
+/// The tokens along a curve. Tokens of the same cell are in the order of their axes.
 fn serialize(cells: &[Cell], axes: &[u8], curve: Curve, depth: u32) -> Vec<u32> {
     let mut order: Vec<u32> = (0..cells.len() as u32).collect();
     order.sort_by_cached_key(|&token| {
@@ -190,7 +190,7 @@ mod tests {
     use super::*;
     use partprobe_carrier::keyed_rng;
 
-    /// The surface of a cube of `side` cells, each cell once for each side of the cube that it lies on.
+    /// The surface of a cube of `side` cells. Each cell occurs once for each side of the cube on which it lies.
     fn cube(side: u32) -> Tokens {
         let mut voxels = Vec::new();
         for (axis, fixed) in [

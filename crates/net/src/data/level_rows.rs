@@ -10,23 +10,23 @@ use std::sync::Arc;
 
 /// A level, ready for the network.
 pub(crate) struct LevelRows {
-    /// The cell of each token, which is its position in edges of a cell: `[token, 3]`, row by row.
+    /// The cell of each token, which is its position in units of a cell's edge: `[token, 3]`, row by row.
     pub(crate) cells: Vec<f32>,
     /// The 3³ neighborhoods.
     pub(crate) neighbors: Neighbors,
     /// The patches of each shape.
     pub(crate) shapes: Vec<ShapePatches>,
-    /// The tokens that share a cell, or `None` if nobody asks for them.
+    /// The tokens that share a cell, or `None` if they are not needed.
     pub(crate) by_cell: Option<ClusterRows>,
     /// How tokens merge into those of the next level, or `None` on the last level.
     pub(crate) pooling: Option<ClusterRows>,
 }
 
-/// The patches of one shape; indices count from its own first token.
+/// The patches of one shape. Indices count from its own first token.
 pub(crate) struct ShapePatches {
-    /// Tokens of the shape.
+    /// Number of tokens of the shape.
     pub(crate) n: usize,
-    /// One set of patches for each curve, in the order of the level.
+    /// One set of patches per curve, in the order of the level.
     pub(crate) by_curve: Vec<Arc<Patches>>,
 }
 
@@ -74,7 +74,7 @@ pub(crate) fn levels_of(hierarchies: &[&Hierarchy]) -> Vec<LevelRows> {
 }
 
 fn cell_rows(level: &Level) -> impl Iterator<Item = f32> {
-    // Below 2¹⁶, which f32 holds exactly.
+    // The numbers are below 2¹⁶, so f32 represents them exactly.
     level.cells.iter().flatten().map(|&x| x as f32)
 }
 

@@ -1,8 +1,8 @@
 //! Computes the integer tables that a network reads from sampled points. Nothing here uses tensors.
 //!
 //! `tokens` groups points into voxels. `hierarchy` computes the levels above them: patches along a space-filling curve,
-//! neighborhoods, and clusters for pooling. `pose` and `jitter` change a shape at random for training. `fourier` gives features
-//! of tokens that no network computed.
+//! neighborhoods, and clusters for pooling. `pose` and `jitter` change a shape at random for training. `fourier` computes
+//! features of tokens without a network.
 
 pub(crate) mod curve;
 mod fourier;

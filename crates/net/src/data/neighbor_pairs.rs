@@ -1,16 +1,16 @@
-//! Turns a dense table of neighbors into the pairs of tokens that meet at each offset of a convolution.
+//! Converts a dense table of neighbors to the pairs of tokens at each offset of a convolution.
 //!
-//! Runs are short stretches of tokens, offset by offset within each, so that the rows that a run reads and writes
-//! stay in the processor's cache.
+//! The tokens are divided into short ranges, and the pairs of a range are sorted by offset into runs. So the rows that a run
+//! reads and writes stay in the processor's cache.
 
-/// Tokens of a stretch.
+/// Number of tokens of a range.
 const STRETCH: usize = 512;
 
 /// The occupied cells around all tokens.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct NeighborPairs {
     n_offsets: usize,
-    /// Where each run of pairs ends: stretch after stretch, offset after offset.
+    /// The end of each run of pairs, range by range and offset by offset.
     ends: Vec<u32>,
     tokens: Vec<u32>,
     neighbors: Vec<u32>,
@@ -70,12 +70,12 @@ impl NeighborPairs {
         joined
     }
 
-    /// Cells around a token, its own included.
+    /// The number of cells around a token, including its own.
     pub(crate) fn n_offsets(&self) -> usize {
         self.n_offsets
     }
 
-    /// The dense table that the pairs were taken from.
+    /// The dense table from which the pairs were made.
     ///
     /// # Shapes
     /// - output: `[token, n_offsets]`

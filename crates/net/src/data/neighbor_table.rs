@@ -1,13 +1,13 @@
 //! Finds the tokens around each token: the table of a submanifold convolution.
 //!
-//! Several tokens may share a cell, one for each dominant axis of the normals. At each offset a token sees the one
-//! whose axis is its own, or else the one with the lowest index; at offset zero that is always the token itself.
+//! Several tokens may share a cell, one per dominant axis of the normals. At each offset, the neighbor of a token is the one with
+//! the same axis, or else the one with the lowest index. At offset zero it is always the token itself.
 
 use crate::data::curve::Cell;
 
-/// For each token and each cell of the cube of side 2r + 1 around it: the token there, or `n` if the cell is empty.
+/// For each token and each cell of the cube of side 2r + 1 around it: the token in this cell, or `n` if the cell is empty.
 ///
-/// Offsets run with z fastest. Cost: `O(n r² log n)`.
+/// In the order of the offsets, z varies fastest. Cost: `O(n r² log n)`.
 ///
 /// # Shapes
 /// - cells and axes: `[token]`
@@ -30,7 +30,7 @@ pub(crate) fn neighbor_table(cells: &[Cell], axes: &[u8], radius: u32) -> Vec<u3
     table
 }
 
-/// The tokens sorted by cell, so that a column of cells along z is one run.
+/// The tokens sorted by cell, so a column of cells along z is consecutive.
 struct CellIndex {
     /// Cell as one number, axis, token.
     entries: Vec<(u64, u8, u32)>,
@@ -69,7 +69,7 @@ impl CellIndex {
     }
 }
 
-/// A cell as one number, z in the lowest bits. The coordinates take 20 bits each, so that no sum of offsets overflows.
+/// A cell as one number, with z in the lowest bits. Each coordinate has 20 bits, so no sum of offsets overflows.
 fn packed([x, y, z]: [i64; 3]) -> u64 {
     (x as u64) << 40 | (y as u64) << 20 | z as u64
 }
@@ -79,7 +79,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// The definition, one cell at a time.
+    /// The table by its definition, one cell at a time.
     fn by_definition(cells: &[Cell], axes: &[u8], radius: i64) -> Vec<u32> {
         let around = -radius..=radius;
         let mut table = Vec::new();

@@ -1,4 +1,4 @@
-//! Finds the occupied cells around each token, as a convolution reads them.
+//! Holds the occupied cells around each token, in the form that a convolution reads.
 
 use super::neighbor_pairs::NeighborPairs;
 use std::sync::Arc;

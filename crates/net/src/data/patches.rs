@@ -1,18 +1,18 @@
 //! Divides tokens into the patches of serialized attention, as in PTv3 (Wu et al., CVPR 2024).
 
-/// The tokens of a level along a curve, cut into runs of equal length.
+/// The tokens of a level along a curve, divided into runs of equal length.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Patches {
-    /// Tokens in a patch.
+    /// Number of tokens in a patch.
     pub(crate) size: usize,
-    /// The tokens patch by patch: `[patch, size]`. The last patch is filled up with the tail of the one before.
+    /// The tokens patch by patch: `[patch, size]`. The last patch is filled up with the last tokens of the previous patch.
     pub(crate) order: Vec<u32>,
-    /// The index in `order` at which each token is itself and not a repetition: `[token]`.
+    /// The index in `order` of each token's own entry, which is not a repetition: `[token]`.
     pub(crate) position: Vec<u32>,
 }
 
 impl Patches {
-    /// The tokens of each patch, and those that are not repetitions: the last patch repeats others.
+    /// The tokens of each patch, and those of them that are not repetitions. Only the last patch has repetitions.
     #[inline(always)]
     pub(crate) fn iter(&self) -> impl Iterator<Item = (&[u32], &[u32])> {
         let n = self.position.len();
@@ -22,12 +22,12 @@ impl Patches {
         )
     }
 
-    /// Cuts a serialized level into patches of `size` tokens; fewer tokens than that make one patch of their number.
+    /// Divides a serialized level into patches of `size` tokens. If there are fewer tokens, they make one smaller patch.
     pub(crate) fn new(serialized: &[u32], size: usize) -> Self {
         let n = serialized.len();
         let size = size.min(n).max(1);
         let mut order = serialized.to_vec();
-        // PTv3's padding: the empty end of the last patch repeats the end of the patch before.
+        // The padding of PTv3: the empty end of the last patch repeats the end of the previous patch.
         order.extend((n..n.div_ceil(size) * size).map(|idx| serialized[idx - size]));
         let mut position = vec![0; n];
         for (idx, &token) in (0..).zip(serialized) {

@@ -1,28 +1,28 @@
 //! Draws random poses of a shape for training, from a generator that is keyed by seed, shape and step.
 //!
-//! Every supervision that is trained with one seed sees the same poses in the same order.
+//! Backbones that are trained with the same seed see the same poses in the same order, with any supervision.
 
 use crate::config::AugmentConfig;
 use partprobe_carrier::{Rng, rotation_of_quaternion, unit_interval};
 use rand::Rng as _;
 
-/// A rotation or reflection with a scale: what happens to a shape in the unit sphere.
+/// A rotation or reflection with a scale. It is applied to a shape in the unit sphere.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Pose {
-    /// Orthogonal; its rows are the new axes.
+    /// An orthogonal matrix. Its rows are the new axes.
     rotation: [[f64; 3]; 3],
     scale: f64,
 }
 
 impl Pose {
-    /// Leaves a shape as it is.
+    /// The pose that does not change a shape.
     pub(crate) const IDENTITY: Self = Self {
         rotation: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
         scale: 1.0,
     };
 
-    /// Draws a pose. The generator gives the same count of numbers with any settings,
-    /// so that switching one change off leaves the others alone.
+    /// Draws a pose. It draws the same number of random numbers with any settings, so switching one change off does not affect
+    /// the others.
     pub(crate) fn random(config: &AugmentConfig, rng: &mut Rng) -> Self {
         let axes = axis_rotation(rng.next_u64());
         let free = free_rotation([(); 3].map(|()| unit_interval(rng)));
@@ -45,7 +45,7 @@ impl Pose {
         }
     }
 
-    /// `n` different rotations that map the axes onto each other, at most 24. The first one leaves a shape as it is.
+    /// `n` different rotations that map the axes onto each other, at most 24. The first one does not change a shape.
     pub(crate) fn spread(n: usize) -> Vec<Self> {
         let n = n.clamp(1, N_AXIS_ROTATIONS);
         (0..n)
@@ -56,18 +56,18 @@ impl Pose {
             .collect()
     }
 
-    /// The position of a point of the unit sphere.
+    /// The new position of a point in the unit sphere.
     pub(crate) fn point(&self, point: [f64; 3]) -> [f64; 3] {
         self.normal(point).map(|x| x * self.scale)
     }
 
-    /// The direction of a normal; an outward one stays outward, also in a mirror.
+    /// The new direction of a normal. An outward normal is still outward after a reflection.
     pub(crate) fn normal(&self, normal: [f64; 3]) -> [f64; 3] {
         self.rotation.map(|row| partprobe_carrier::dot(row, normal))
     }
 }
 
-/// So many rotations map the axes onto each other.
+/// The number of rotations that map the axes onto each other.
 const N_AXIS_ROTATIONS: usize = 24;
 
 /// One of the 24 rotations that map the axes onto each other, for any `draw`.
@@ -84,7 +84,7 @@ fn axis_rotation(draw: u64) -> [[f64; 3]; 3] {
     let permutation = PERMUTATIONS[choice / 4];
     let [flip_x, flip_y] =
         [choice % 4 / 2, choice % 2].map(|flip| if flip == 0 { 1.0 } else { -1.0 });
-    // The last three permutations are odd; the sign of z makes the determinant 1.
+    // The last three permutations are odd. The sign of z makes the determinant 1.
     let parity = if choice / 4 < 3 { 1.0 } else { -1.0 };
     let signs = [flip_x, flip_y, parity * flip_x * flip_y];
     let mut rotation = [[0.0; 3]; 3];

@@ -1,4 +1,4 @@
-//! Lists of rows to gather.
+//! Defines lists of rows to gather.
 
 use std::sync::Arc;
 

@@ -5,7 +5,7 @@ use rand::Rng as _;
 
 /// The indices of the shapes of the batch with index `step`.
 ///
-/// Epoch after epoch each shape comes once, in an order that depends on the seed and the epoch only.
+/// In each epoch, each shape comes once, in an order that depends only on the seed and the epoch.
 pub(crate) fn batch(seed: u64, n_shapes: usize, batch_shapes: usize, step: usize) -> Vec<usize> {
     let first = step * batch_shapes;
     let (mut epoch, mut order) = (usize::MAX, Vec::new());

@@ -1,9 +1,9 @@
 //! Groups sampled points into the tokens that a backbone sees.
 //!
-//! A token is a voxel: the points that share a cell of a cubic grid *and* the dominant signed axis of their normals.
-//! Without the normal ([`Voxels::Plain`]) the two sides of a thin plate would share tokens. No point is lost: each knows its token.
-//! The edge of a cell is chosen so that a shape has about the wanted number of tokens, with any form;
-//! for a flat axis-parallel surface that is √(area / tokens).
+//! A token is a voxel: the points that share a cell of a cubic grid *and* the dominant signed axis of their normals. Without the
+//! normal ([`Voxels::Plain`]), the two sides of a thin plate would share tokens. No point is lost: each point has a token. The
+//! edge of a cell is chosen so that a shape has about the wanted number of tokens, for any form. For a flat axis-parallel
+//! surface, the edge is √(area / tokens).
 
 use crate::config::Voxels;
 use crate::data::curve::{Cell, Curve, MAX_DEPTH};
@@ -13,21 +13,21 @@ use partprobe_carrier::{Embeddings, IGNORE, PointSample};
 /// The voxels of one shape, in Morton order.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tokens {
-    /// Mean of the points of each token, in the unit sphere.
+    /// The mean of the points of each token, in the unit sphere.
     pub(crate) positions: Vec<[f32; 3]>,
-    /// Unit mean of their normals.
+    /// The unit mean of their normals.
     pub(crate) normals: Vec<[f32; 3]>,
     /// The cell of the grid.
     pub(crate) cells: Vec<Cell>,
-    /// Dominant signed axis of the normals: 0 +x, 1 −x, 2 +y, 3 −y, 4 +z, 5 −z; 0 for all in plain voxels.
+    /// Dominant signed axis of the normals: 0 +x, 1 −x, 2 +y, 3 −y, 4 +z, 5 −z. In plain voxels it is 0 for all.
     pub(crate) axes: Vec<u8>,
     /// The token of each sampled point.
     pub token_of_point: Vec<u32>,
-    /// How many points each token stands for; at least 1.
+    /// The number of points of each token, at least 1.
     pub multiplicity: Vec<u32>,
 }
 
-/// Why points cannot be cut into tokens.
+/// The reason why points cannot be grouped into tokens.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum TokenizeError {
@@ -36,7 +36,7 @@ pub enum TokenizeError {
         "there are no points to make tokens of; sample the shape again with `sample.n_points` above 0"
     )]
     Empty,
-    /// Points and normals do not belong together.
+    /// The numbers of points and normals differ.
     #[error("there are {n_normals} normals for {n_points} points; sample the shape again")]
     Length {
         /// How many points there are.
@@ -61,7 +61,7 @@ impl Tokens {
         self.cells.len()
     }
 
-    /// Half the position and the normal of each token, six numbers a row: what a clusterer can use without a network.
+    /// Half of the position and the normal of each token, six numbers per row. A clusterer can use them without a network.
     #[must_use]
     pub fn geometry_rows(&self) -> Embeddings {
         let rows = self
@@ -72,7 +72,7 @@ impl Tokens {
         Embeddings::from_rows(rows)
     }
 
-    /// The label of most points of each token; the lowest one of a tie, [`IGNORE`] where no point has a label.
+    /// The label of most points of each token. In a tie, it is the lowest label. If no point has a label, it is [`IGNORE`].
     #[must_use]
     pub fn majority_labels(&self, label_of_point: &[i32]) -> Vec<i32> {
         let mut votes: Vec<(u32, i32)> = self
@@ -86,7 +86,7 @@ impl Tokens {
         let mut winner = vec![(0, IGNORE); self.n()];
         for group in votes.chunk_by(|a, b| a == b) {
             let (token, label) = group[0];
-            // Groups come in the order of their labels, so that a tie stays with the lowest.
+            // Groups are in the order of their labels, so in a tie the lowest label wins.
             if group.len() > winner[token as usize].0 {
                 winner[token as usize] = (group.len(), label);
             }
@@ -94,7 +94,7 @@ impl Tokens {
         winner.into_iter().map(|(_, label)| label).collect()
     }
 
-    /// Share of the points whose token carries another label than their own: what scoring through tokens can't reach.
+    /// The fraction of points whose token has another label than their own. No score through tokens can recover these points.
     #[must_use]
     pub fn label_collisions(&self, label_of_point: &[i32]) -> f64 {
         let labels = self.majority_labels(label_of_point);
@@ -112,9 +112,9 @@ impl Tokens {
     }
 }
 
-/// Cuts a sample into about `n_tokens` tokens.
+/// Groups a sample into about `n_tokens` tokens.
 ///
-/// Deterministic, and the same up to rounding for any order of the points.
+/// The result is deterministic, and the same up to rounding for any order of the points.
 ///
 /// # Errors
 /// If there are no points, or one of them is not finite.
@@ -126,7 +126,7 @@ pub fn tokenize(
     tokenize_posed(sample, n_tokens, voxels, &Pose::IDENTITY)
 }
 
-/// The same after the shape, moved into the unit sphere, was turned and scaled by `pose`.
+/// The same after the shape was moved into the unit sphere, and rotated and scaled by `pose`.
 pub(crate) fn tokenize_posed(
     sample: &PointSample,
     n_tokens: usize,
@@ -186,7 +186,7 @@ fn in_unit_sphere(points: &[[f32; 3]]) -> Vec<[f64; 3]> {
         .iter()
         .map(|&point| partprobe_carrier::norm(point))
         .fold(0.0, f64::max);
-    // All points coincide: there is no size to divide by.
+    // If all points coincide, the radius is 0, and there is no scale.
     let scale = if radius > 0.0 { 1.0 / radius } else { 1.0 };
     centered
         .into_iter()
@@ -206,7 +206,7 @@ fn bounds(points: impl Iterator<Item = [f64; 3]>) -> ([f64; 3], [f64; 3]) {
     )
 }
 
-/// The axis along which a normal is longest, x before y before z in a tie, and its sign.
+/// The axis along which a normal is longest, and its sign. In a tie, x is preferred to y, and y to z.
 fn dominant_axis(normal: &[f64; 3]) -> u8 {
     let axis = (1..3).fold(0, |best, axis| {
         if normal[axis].abs() > normal[best].abs() {
@@ -225,14 +225,14 @@ struct Grid {
 }
 
 impl Grid {
-    /// Steps of the search for the edge; four are enough for most shapes.
+    /// Largest number of steps of the search for the edge. Four are enough for most shapes.
     const MAX_STEPS: usize = 8;
-    /// The search ends when the number of tokens is within this share of the wanted one.
+    /// The search ends if the number of tokens differs from the wanted one by at most this fraction.
     const TOLERANCE: f64 = 0.03;
 
-    /// The grid whose voxels number nearest to `n_tokens`.
+    /// The grid whose number of voxels is nearest to `n_tokens`.
     ///
-    /// The number of voxels on a surface falls with the square of the edge, which gives the next guess.
+    /// The number of voxels on a surface is inversely proportional to the square of the edge. This gives the next guess.
     fn with_about(n_tokens: usize, points: &[[f64; 3]], axes: &[u8]) -> Self {
         let (low, high) = bounds(points.iter().copied());
         let [a, b, c] = [0, 1, 2].map(|axis| high[axis] - low[axis]);
@@ -271,7 +271,7 @@ impl Grid {
             .map(|axis| ((point[axis] - self.origin[axis]) / self.edge).clamp(0.0, highest) as u32)
     }
 
-    /// Cell and axis in one number: equal for points of one voxel.
+    /// Cell and axis in one number. It is equal for points of the same voxel.
     fn voxel_key(&self, point: &[f64; 3], axis: u8) -> u64 {
         let [x, y, z] = self.cell(point).map(u64::from);
         x << 35 | y << 19 | z << 3 | u64::from(axis)
@@ -335,7 +335,7 @@ fn mean(rows: &[[f64; 3]], members: impl ExactSizeIterator<Item = usize>) -> [f6
     sum.map(|x| x / count)
 }
 
-/// The direction of the mean; the mean itself where normals cancel out, as those of two sides in a plain voxel can.
+/// The mean, scaled to length 1. If the normals cancel, as those of two sides in a plain voxel may, it is the mean itself.
 fn unit_mean(rows: &[[f64; 3]], members: impl ExactSizeIterator<Item = usize>) -> [f64; 3] {
     let mean = mean(rows, members);
     let length = partprobe_carrier::norm(mean);

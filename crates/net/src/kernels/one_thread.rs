@@ -1,13 +1,13 @@
 //! Runs all tensor operations in pools of one thread.
 //!
-//! A tensor library may divide a sum by the number of threads, which changes its rounding. With one thread there is only
-//! one way to add. Several shapes are computed at the same time instead.
+//! A tensor library may divide a sum by the number of threads, which changes its rounding. With one thread, there is only one
+//! order of addition. Several shapes are computed at the same time instead.
 
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::panic::resume_unwind;
 use std::thread;
 
-/// The operating system gave no thread.
+/// The operating system could not start a thread.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("no thread could be started: {0}; free memory or raise the limit on processes")]
 pub struct ThreadError(String);
@@ -22,12 +22,12 @@ pub(crate) fn one_thread_pool() -> Result<ThreadPool, ThreadError> {
 
 /// Runs work in a pool of a single thread.
 ///
-/// The caller waits and does nothing else. `ThreadPool::install` alone would let a caller that is a thread of another pool
-/// start the next shape of that pool while it waits, and from there the next one: each holds a shape in memory and a piece of
-/// the stack, until the stack is full.
+/// The caller waits and does nothing else. `ThreadPool::install` alone would let a caller that is a thread of another pool start
+/// the next shape of that pool while it waits, and from there the next one: each uses memory for a shape and a piece of the
+/// stack, until the stack is full.
 ///
 /// # Errors
-/// If the operating system gives no thread.
+/// If the operating system cannot start a thread.
 pub(crate) fn on_one_thread<R: Send>(work: impl FnOnce() -> R + Send) -> Result<R, ThreadError> {
     let pool = one_thread_pool()?;
     thread::scope(|scope| {

@@ -1,4 +1,4 @@
-//! Composes the tensor operations of the backbones of burn's own. They run on every backend.
+//! Composes the tensor operations of the backbones from burn's own operations. They run on every backend.
 //!
 //! On the flex backend the faster operations of `fused` are used instead.
 
@@ -10,16 +10,16 @@ use crate::kernels::rotary_axes::RotaryAxes;
 use burn::tensor::{Device, Int, Tensor, TensorData, activation};
 use std::sync::Arc;
 
-/// Variance below which layer normalization stops dividing; PyTorch's default.
+/// The number that layer normalization adds to the variance. It is PyTorch's default.
 const NORM_EPSILON: f64 = 1e-5;
 
-/// A number whose gradient by `rows` is this one.
+/// A number whose gradient with respect to `rows` is `gradient`.
 pub(crate) fn with_gradient(rows: Tensor<2>, gradient: Vec<f32>) -> Tensor<1> {
     let gradient = TensorData::new(gradient, rows.dims());
     fused::with_gradient(&rows, &gradient).unwrap_or_else(|| composed_with_gradient(rows, gradient))
 }
 
-/// The sum of rows · constant has exactly that gradient.
+/// The sum of rows · constant has exactly this gradient.
 pub(crate) fn composed_with_gradient(rows: Tensor<2>, gradient: TensorData) -> Tensor<1> {
     let constant = Tensor::from_data(gradient, &rows.device());
     (rows * constant).sum()
@@ -69,7 +69,7 @@ pub(crate) fn composed_mlp(rows: Tensor<2>, weights: MlpWeights) -> Tensor<2> {
     composed_linear(hidden, out.0, out.1)
 }
 
-/// Each row to mean 0 and variance 1, then scaled and shifted by channel.
+/// Normalizes each row to mean 0 and variance 1, then scales and shifts each channel.
 pub(crate) fn layer_norm(rows: Tensor<2>, scale: Tensor<1>, shift: Tensor<1>) -> Tensor<2> {
     fused::layer_norm(&rows, &scale, &shift, NORM_EPSILON as f32)
         .unwrap_or_else(|| composed_layer_norm(rows, scale, shift))
@@ -90,7 +90,7 @@ pub(crate) fn gelu(rows: Tensor<2>) -> Tensor<2> {
     fused::gelu(&rows).unwrap_or_else(|| activation::gelu(rows))
 }
 
-/// One row for each index.
+/// One row per index.
 pub(crate) fn gather(rows: Tensor<2>, indices: &Rows) -> Tensor<2> {
     fused::gather(&rows, &indices.indices).unwrap_or_else(|| composed_gather(rows, indices))
 }
@@ -114,7 +114,7 @@ pub(crate) fn composed_cluster_max(rows: Tensor<2>, members: &Rows) -> Tensor<2>
         .squeeze_dim(1)
 }
 
-/// A submanifold convolution: the rows around each token side by side (zeros where a cell is empty) times `weight`.
+/// A submanifold convolution: the concatenated rows around each token (zeros for empty cells) times `weight`.
 ///
 /// # Shapes
 /// - rows: `[token, in]`
@@ -185,7 +185,7 @@ pub(crate) fn composed_patch_attention(
     )
 }
 
-/// Queries and keys turned by the positions of their tokens, values as they are.
+/// Queries and keys, rotated by the positions of their tokens, and unchanged values.
 ///
 /// # Shapes
 /// - qkv and output: `[token, 3 × head × channel]`
@@ -221,7 +221,7 @@ pub(crate) fn composed_rotary(
     Tensor::cat(vec![turned(third(0)), turned(third(1)), third(2)], 1)
 }
 
-/// Matrices of zeros and few other numbers, by which [`composed_rotary`] finds angles and channels.
+/// Matrices that are mostly zero. [`composed_rotary`] computes angles and selects channels with them.
 struct RotaryTables {
     /// `[head × 3, head × pair]`: from coordinates to angles.
     frequencies: Tensor<2>,
@@ -274,7 +274,7 @@ mod tests {
     use crate::model::parameters::host_values;
     use crate::testing::labeled_box;
 
-    /// A matrix of small numbers that repeat late.
+    /// A matrix of small numbers that repeat only after a long period.
     fn matrix([n, dim]: [usize; 2]) -> Vec<f32> {
         (0..n * dim)
             .map(|i| ((i * 37 % 101) as f32 - 50.0) / 50.0)

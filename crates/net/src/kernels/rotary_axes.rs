@@ -1,19 +1,19 @@
-//! Defines which channels of an attention head a rotary encoding of positions turns, about which axis and how fast.
+//! Defines which channels of an attention head a rotary encoding of positions rotates, by which axis, and with which frequency.
 //!
-//! The channels of a head are shared out to the three axes. Those of an axis are pairs, and pair d of D turns by the
-//! coordinate times `base`^(−d/D), as in LitePT (Yue et al., arXiv 2512.13689). A channel without a partner stays.
+//! The channels of a head are divided among the three axes. Those of an axis form pairs, and pair d of D is rotated by the
+//! coordinate times `base`^(−d/D), as in LitePT (Yue et al., arXiv 2512.13689). A channel without a partner does not change.
 
-/// How the channels of all heads turn with the position.
+/// The rotation of the channels of all heads by the position.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct RotaryAxes {
     pub(crate) n_heads: usize,
     /// Channels of a head.
     pub(crate) head_dim: usize,
-    /// How many times slower than the first pair of an axis one behind its last pair would turn.
+    /// The ratio of the frequency of the first pair of an axis to that of a pair after the last one.
     pub(crate) base: f32,
 }
 
-/// Two channels of a head that turn together.
+/// Two channels of a head that are rotated together.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Pair {
     pub(crate) axis: usize,
@@ -29,7 +29,7 @@ impl RotaryAxes {
         self.n_heads * self.head_dim
     }
 
-    /// The pairs of a head. If three axes cannot have equally many, the first ones have one more.
+    /// The pairs of a head. If the three axes cannot have equally many pairs, the first axes have one more.
     pub(crate) fn pairs(self) -> Vec<Pair> {
         let n_pairs = self.head_dim / 2;
         let mut pairs = Vec::with_capacity(n_pairs);

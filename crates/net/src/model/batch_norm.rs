@@ -1,20 +1,20 @@
 //! Normalizes the features of a batch (Ioffe and Szegedy, 2015), with the constants of PTv3.
 //!
-//! It brings each channel to mean 0 and variance 1, then scales and shifts it. In training, mean and variance are those of
-//! the batch. They leave the forward pass as statistics, and the trainer moves the running statistics towards them. At test
-//! time the running statistics are used, so no shape depends on another.
+//! It normalizes each channel to mean 0 and variance 1, then scales and shifts it. In training, mean and variance are those of
+//! the batch. The forward pass returns them as statistics, and the trainer moves the running statistics toward them. At test time
+//! the running statistics are used, so no shape depends on another.
 
 use crate::model::forward_mode::ForwardMode;
 use crate::model::parameters::{Initializer, ParameterShape, host_values};
 use burn::module::{Module, Param};
 use burn::tensor::Tensor;
 
-/// Variance below which the norm stops dividing; PTv3's.
+/// The number that the norm adds to the variance, as in PTv3.
 const EPSILON: f64 = 1e-3;
-/// How far a batch moves the running statistics towards its own; PTv3's.
+/// The fraction by which a batch moves the running statistics toward its own, as in PTv3.
 const MOMENTUM: f32 = 0.01;
 
-/// A batch norm. The order of the fields is that in which a pass records its statistics.
+/// A batch norm. The fields are in the order in which a pass records its statistics.
 #[derive(Module, Debug)]
 pub(crate) struct BatchNorm {
     weight: Param<Tensor<1>>,
@@ -61,7 +61,7 @@ impl BatchNorm {
     }
 }
 
-/// Moves the running statistics among `values` towards those that a pass has recorded, but for tensors that keep their values.
+/// Moves the running statistics in `values` toward those that a pass has recorded. Frozen tensors do not change.
 pub(crate) fn move_running_statistics(
     shapes: &[ParameterShape],
     values: &mut [f32],

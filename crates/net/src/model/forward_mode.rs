@@ -1,4 +1,4 @@
-//! Tells the two modes of a forward pass apart: test and training.
+//! Defines the two modes of a forward pass: test and training.
 //!
 //! At test time a network is a function of its input. In training it also drops paths at random and records the statistics
 //! of its batch norms.
@@ -6,7 +6,7 @@
 use burn::tensor::{Tensor, TensorData};
 use partprobe_carrier::{Rng, unit_interval};
 
-/// What a forward pass is for, and what it records besides its output.
+/// The purpose of a forward pass, and the data that it records in addition to its output.
 pub(crate) enum ForwardMode {
     /// Nothing is random, and batch norms use their running statistics.
     Test,
@@ -36,7 +36,7 @@ impl ForwardMode {
         }
     }
 
-    /// The statistics of the batch norms, in the order in which the pass went through them; nothing at test time.
+    /// The statistics of the batch norms, in the order of the pass. At test time the list is empty.
     pub(crate) fn into_statistics(self) -> Vec<f32> {
         match self {
             Self::Test => Vec::new(),
@@ -44,9 +44,9 @@ impl ForwardMode {
         }
     }
 
-    /// Drop path, also called stochastic depth (Huang et al., ECCV 2016), for each token by itself.
+    /// Drop path, also called stochastic depth (Huang et al., ECCV 2016), independently for each token.
     ///
-    /// Sets a row to 0 with this probability, and scales the others up so that the mean stays.
+    /// Sets a row to 0 with this probability, and scales the others so that the mean does not change.
     ///
     /// # Shapes
     /// - rows and output: `[token, channel]`

@@ -78,22 +78,22 @@ impl LayerNorm {
     }
 }
 
-/// What brings channels to one scale where PTv3 has BatchNorm: in the stem, in pooling and in unpooling.
+/// The norm in the positions where PTv3 has BatchNorm: in the stem, in pooling and in unpooling.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum NormKind {
-    /// LayerNorm: each token by itself, so that no shape depends on the others of its batch.
+    /// LayerNorm: each token is normalized independently, so no shape depends on the others of its batch.
     Layer,
-    /// BatchNorm as PTv3 has it: in training over all tokens of the batch, at test time by running statistics.
+    /// BatchNorm as in PTv3: in training over all tokens of the batch, at test time with running statistics.
     Batch,
 }
 
 /// The norm that a config chooses for stem, pooling and unpooling.
 #[derive(Module, Debug)]
 pub(crate) enum Norm {
-    /// Each token by itself.
+    /// Each token is normalized independently.
     Layer(LayerNorm),
-    /// Each channel over the batch.
+    /// Each channel is normalized over the batch.
     Batch(BatchNorm),
 }
 
@@ -113,7 +113,7 @@ impl Norm {
     }
 }
 
-/// A linear map, its norm and GELU: what PTv3 puts between stages.
+/// A linear map, its norm and GELU, as between the stages of PTv3.
 #[derive(Module, Debug)]
 pub(crate) struct Projection {
     linear: Linear,

@@ -1,4 +1,4 @@
-//! Turns tokens into unit embeddings: a network with its weights.
+//! Computes unit embeddings of tokens with a network and its weights.
 //!
 //! `backbones` are the networks, `layers` their layers, `parameters` all weights as one vector, and `weights` the files.
 
@@ -33,20 +33,20 @@ pub struct Model {
     network: Network,
 }
 
-/// How many numbers training learns; running statistics of batch norms are none of them.
+/// The number of values that training learns. Running statistics of batch norms do not count.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ParameterCount {
-    /// Those of the network below the embedding head.
+    /// The number of parameters of the network below the embedding head.
     pub backbone: usize,
-    /// Those of the embedding head.
+    /// The number of parameters of the embedding head.
     pub head: usize,
 }
 
-/// Why tokens could not be embedded.
+/// The reason why tokens could not be embedded.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum EmbedError {
-    /// The operating system gave no thread.
+    /// The operating system could not start a thread.
     #[error(transparent)]
     Thread(#[from] ThreadError),
     /// The network's output holds NaN or infinity.
@@ -70,14 +70,14 @@ pub(crate) fn device_of(backend: Backend) -> Device {
     }
 }
 
-/// Tokens of one shape with all that does not depend on the weights.
+/// Tokens of one shape with all data that do not depend on the weights.
 pub struct PreparedTokens(ShapeInput);
 
 impl Model {
-    /// A network with initial weights; they depend on `config` and `seed` only.
+    /// A network with initial weights, which depend only on `config` and `seed`.
     ///
     /// # Errors
-    /// If the config holds a size that no network can have.
+    /// If the config contains a size that no network can have.
     pub fn init(config: &NetConfig, seed: u64, backend: Backend) -> Result<Self, ConfigError> {
         Self::new(
             config,
@@ -100,16 +100,16 @@ impl Model {
         })
     }
 
-    /// What the network is.
+    /// The settings of the network.
     #[must_use]
     pub fn config(&self) -> &NetConfig {
         &self.config
     }
 
-    /// How many parameters the network of a config has.
+    /// The number of parameters of the network of a config.
     ///
     /// # Errors
-    /// If the config holds a size that no network can have.
+    /// If the config contains a size that no network can have.
     pub fn count_parameters(config: &NetConfig) -> Result<ParameterCount, ConfigError> {
         let blank = Self::blank(config, Backend::default())?;
         Ok(ParameterCount {
@@ -118,10 +118,10 @@ impl Model {
         })
     }
 
-    /// The names of the parts of a network that `train.freeze` can name, without `backbone`.
+    /// The names of the sections of a network that `train.freeze` accepts, without `backbone`.
     ///
     /// # Errors
-    /// If the config holds a size that no network can have.
+    /// If the config contains a size that no network can have.
     pub fn part_names(config: &NetConfig) -> Result<Vec<String>, ConfigError> {
         let blank = Self::blank(config, Backend::default())?;
         let mut names = std::collections::BTreeSet::new();
@@ -134,7 +134,7 @@ impl Model {
         Ok(names.into_iter().collect())
     }
 
-    /// Parameters of the backbone, without the head.
+    /// The number of parameters of the backbone, without the head.
     #[must_use]
     pub fn n_parameters(&self) -> usize {
         let learned = parameters::shapes(&self.network)
@@ -143,13 +143,13 @@ impl Model {
         learned.map(|shape| shape.len()).sum::<usize>() - self.n_head_parameters()
     }
 
-    /// Parameters of the embedding head.
+    /// The number of parameters of the embedding head.
     #[must_use]
     pub fn n_head_parameters(&self) -> usize {
         self.network.n_head_parameters()
     }
 
-    /// One unit embedding for each token. The serialization order is fixed, and one thread computes.
+    /// One unit embedding per token. The order of serialization is fixed, and the computation uses one thread.
     ///
     /// # Errors
     /// If no thread can be started, or the weights make numbers that are not finite.
@@ -157,14 +157,14 @@ impl Model {
         self.embed_prepared(&self.prepare(tokens))
     }
 
-    /// The tables of neighbors and patches that the network walks along at test time.
+    /// The tables of neighbors and patches that the network uses at test time.
     #[must_use]
     pub fn prepare(&self, tokens: &Tokens) -> PreparedTokens {
         let backbone = &self.config.backbone;
         PreparedTokens(backbone.prepare(tokens, &backbone.test_orders()))
     }
 
-    /// What [`Model::embed`] gives, from tokens that [`Model::prepare`] of this model made ready.
+    /// The result of [`Model::embed`], for tokens that [`Model::prepare`] of this model has prepared.
     ///
     /// # Errors
     /// If no thread can be started, or the weights make numbers that are not finite.
@@ -248,7 +248,7 @@ mod tests {
         tokenize(&labeled_box(2.0, 900).sample, 60, Voxels::NormalKeyed).unwrap()
     }
 
-    /// Blocks 40C² + 17C, pools and unpools with their norms, and the 5³ stem.
+    /// The sum of the blocks (40C² + 17C each), the pools and unpools with their norms, and the 5³ stem.
     fn parameters_by_formula(stages: &Stages) -> usize {
         let blocks = |depths: &[usize], widths: &[usize]| {
             depths
@@ -311,7 +311,7 @@ mod tests {
                 ..LiteptConfig::default()
             }))
         };
-        // The paper: 12.7 million.
+        // The paper says 12.7 million.
         assert_eq!(litept(LiteptPreset::Small), 12_712_932);
         // 79.2 % less than PTv3, whose paper says 46.2 million.
         let ptx = n_parameters(BackboneConfig::Ptx(PtxConfig {
@@ -337,7 +337,7 @@ mod tests {
             let here = tokens();
             let mut moved = here.clone();
             for cell in &mut moved.cells {
-                // Twice as far apart: another neighborhood, the same features.
+                // Cells that are twice as far apart have other neighborhoods but the same features.
                 *cell = cell.map(|x| 2 * x);
             }
             assert_ne!(model.embed(&moved).unwrap(), model.embed(&here).unwrap());

@@ -16,8 +16,8 @@ pub struct NetConfig {
     pub backbone: BackboneConfig,
     /// Length of an embedding (paper: 128).
     pub embedding_dim: usize,
-    /// The layer behind the embedding head. It has no parameters, and training never sees it. `None` gives the plain
-    /// head of the paper; a file may write it as `"none"`.
+    /// The layer after the embedding head. It has no parameters and is not used in training. `None` gives the plain head of the
+    /// paper. A file may write it as `"none"`.
     #[serde(
         default,
         deserialize_with = "refine_or_none",
@@ -60,7 +60,7 @@ impl<'de> Visitor<'de> for RefineOrNone {
 }
 
 impl Default for NetConfig {
-    /// PTv3 at its smallest, with embeddings of 128 numbers.
+    /// The smallest PTv3, with embeddings of 128 numbers.
     fn default() -> Self {
         Self {
             backbone: BackboneConfig::Ptv3(Ptv3Config::default()),
@@ -87,7 +87,7 @@ impl NetConfig {
         self.backbone.check()
     }
 
-    /// The same network with the plain head: the part of the settings that the weights depend on.
+    /// The same network with the plain head. The weights depend only on these settings.
     #[must_use]
     pub fn without_refine(&self) -> Self {
         Self {

@@ -24,12 +24,13 @@ impl Network {
         }
     }
 
-    /// Parameters of the head alone.
+    /// The number of parameters of the head.
     pub(crate) fn n_head_parameters(&self) -> usize {
         self.head.num_params()
     }
 
-    /// Takes the shapes through the network together. Only batch norms make a shape depend on the others.
+    /// Passes the shapes through the network together. The result of a shape depends on the other shapes only if there are batch
+    /// norms.
     ///
     /// # Shapes
     /// - output: `[token, embedding_dim]`, the tokens of the first shape first, not normalized

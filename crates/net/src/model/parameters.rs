@@ -1,8 +1,8 @@
 //! Views the parameters of a burn module as one vector of numbers, with a name and a shape for each tensor.
 //!
-//! The optimizer, the gradients of a batch and the checkpoints work on this vector: burn keys its own optimizer state
-//! by ids that are random in each process, so its checkpoints could not be equal byte for byte.
-//! The order is that of the module's fields.
+//! The optimizer, the gradients of a batch and the checkpoints use this vector. The keys of burn's own optimizer state are ids
+//! that are random in each process, so burn's checkpoints could not be equal byte for byte. The tensors are in the order of the
+//! module's fields.
 
 use burn::module::{Module, ModuleMapper, ModuleVisitor, Param};
 use burn::tensor::{Device, Gradients, Tensor, TensorData};
@@ -18,12 +18,12 @@ pub(crate) struct ParameterShape {
 }
 
 impl ParameterShape {
-    /// How many numbers the tensor holds.
+    /// The number of values of the tensor.
     pub(crate) fn len(&self) -> usize {
         self.dims.iter().product()
     }
 
-    /// Whether training counts the tensor rather than learning it: it has no gradient and is not a parameter.
+    /// Whether the tensor is a running statistic. It has no gradient and is not a learned parameter.
     pub(crate) fn is_statistic(&self) -> bool {
         self.name
             .rsplit('.')
@@ -32,15 +32,15 @@ impl ParameterShape {
     }
 }
 
-/// Where the values of new tensors come from and where they live.
+/// The source of the values of new tensors, and their device.
 pub(crate) struct Initializer<'a> {
-    /// `None` for zeros, which other values replace at once.
+    /// The seed, or `None` for zeros, which are then replaced by other values.
     seed: Option<u64>,
     device: &'a Device,
 }
 
 impl<'a> Initializer<'a> {
-    /// Draws weights by this seed.
+    /// Draws random weights with this seed.
     pub(crate) fn seeded(seed: u64, device: &'a Device) -> Self {
         Self {
             seed: Some(seed),
@@ -48,12 +48,13 @@ impl<'a> Initializer<'a> {
         }
     }
 
-    /// Leaves weights at 0.
+    /// Sets weights to 0.
     pub(crate) fn zeros(device: &'a Device) -> Self {
         Self { seed: None, device }
     }
 
-    /// A tensor uniform in ±1/√`fan_in`, drawn for this name: PyTorch's default for weights and biases.
+    /// A tensor of random numbers, uniform in ±1/√`fan_in`, drawn for this name. This is PyTorch's default for weights and
+    /// biases.
     pub(crate) fn uniform<const D: usize>(
         &self,
         name: &str,
@@ -110,12 +111,12 @@ impl ModuleVisitor for ShapeVisitor {
     }
 }
 
-/// Whether a module is the one that an enum holds. The config says which one it is, so its name is left out.
+/// Whether a module is the variant of an enum. The config determines the variant, so its name is left out.
 fn is_variant(container_type: &str) -> bool {
     container_type.starts_with("Enum:")
 }
 
-/// All values, tensor after tensor.
+/// All values, tensor by tensor.
 ///
 /// # Shapes
 /// - output: `[n]`, where `n` is the sum of the lengths of [`shapes`]; each tensor is row-major
@@ -135,7 +136,7 @@ impl ModuleVisitor for ValueVisitor {
     }
 }
 
-/// All gradients, tensor after tensor; 0 for a tensor that the loss did not reach.
+/// All gradients, tensor by tensor. The gradient is 0 for a tensor on which the loss does not depend.
 ///
 /// # Shapes
 /// - output: `[n]`, as that of [`values`]
@@ -191,7 +192,7 @@ impl ModuleMapper for ValueMapper<'_> {
     }
 }
 
-/// The numbers of a tensor, row-major. Every tensor of this crate is f32, which is what makes the read succeed.
+/// The numbers of a tensor, row-major. Every tensor of this crate is f32, so the read succeeds.
 pub(crate) fn host_values<const D: usize>(tensor: Tensor<D>) -> Vec<f32> {
     tensor.into_data().try_to_vec::<f32>().unwrap_or_default()
 }

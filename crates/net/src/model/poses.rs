@@ -1,8 +1,8 @@
 //! Embeds a shape in several poses and joins the embeddings of each token.
 //!
-//! A sample goes in, its tokens and one unit row per token come out. The poses are fixed rotations that map the axes onto
-//! each other. In another pose the grid cuts the shape elsewhere and the curves walk along it in another order, so each pose
-//! has seen something else. Nothing here is random or trained.
+//! A sample goes in, its tokens and one unit row per token come out. The poses are fixed rotations that map the axes onto each
+//! other. In another pose, the cells of the grid and the order of the curves differ, so each pose gives additional information.
+//! Nothing here is random or trained.
 
 use super::{EmbedError, Model, unit_rows};
 use crate::config::TokenConfig;
@@ -10,11 +10,11 @@ use crate::data::pose::Pose;
 use crate::data::tokens::{TokenizeError, Tokens, tokenize, tokenize_posed};
 use partprobe_carrier::{Embeddings, PointSample};
 
-/// Why a sample has no embeddings.
+/// The reason why a sample has no embeddings.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum EmbedSampleError {
-    /// The points cannot be cut into tokens.
+    /// The points cannot be grouped into tokens.
     #[error(transparent)]
     Tokens(#[from] TokenizeError),
     /// The network cannot embed the tokens.
@@ -23,14 +23,14 @@ pub enum EmbedSampleError {
 }
 
 impl Model {
-    /// The tokens of a sample, and a unit row for each of them: its embeddings in `tokens.test_poses` poses, one behind the
-    /// other. A pose cuts the shape into tokens of its own; a token's embedding in it is the mean over the token's points.
+    /// The tokens of a sample, and one unit row per token: its concatenated embeddings in `tokens.test_poses` poses. Each pose
+    /// has its own tokens. The embedding of a token in another pose is the mean over the token's points.
     ///
     /// # Shapes
     /// - embeddings: `[token, test_poses × embedding_dim]`
     ///
     /// # Errors
-    /// If the points cannot be cut into tokens, no thread can be started, or the weights make numbers that are not finite.
+    /// If the points cannot be grouped into tokens, no thread can be started, or the weights make numbers that are not finite.
     pub fn embed_sample(
         &self,
         sample: &PointSample,
@@ -55,7 +55,7 @@ impl Model {
     }
 }
 
-/// For each of `tokens`, the unit mean of what its points have in another pose.
+/// For each of `tokens`, the unit mean of the embeddings of its points in another pose.
 fn means_over_points(tokens: &Tokens, posed: &Tokens, embeddings: &Embeddings) -> Vec<f32> {
     let dim = embeddings.dim();
     let mut sums = vec![0.0; tokens.n() * dim];
@@ -69,7 +69,7 @@ fn means_over_points(tokens: &Tokens, posed: &Tokens, embeddings: &Embeddings) -
     unit_rows(sums, dim)
 }
 
-/// The rows of all matrices, each row followed by those of the same index.
+/// The rows of all matrices, concatenated by index.
 fn side_by_side(matrices: &[Vec<f32>], n_rows: usize, dim: usize) -> Vec<f32> {
     let rows = (0..n_rows).flat_map(|row| {
         let each = matrices.iter();
@@ -112,7 +112,7 @@ mod tests {
         for (plain, joined) in one.rows().zip(three.rows()) {
             let length = |row: &[f32]| row.iter().map(|x| x * x).sum::<f32>().sqrt();
             assert!((length(joined) - 1.0).abs() < 1e-5);
-            // Each pose has an equal share of the length.
+            // Each pose has an equal fraction of the squared length.
             for own in joined.chunks(one.dim()) {
                 assert!((length(own) - 3f32.sqrt().recip()).abs() < 1e-4);
             }

@@ -1,22 +1,22 @@
-//! Moves embeddings together that are near each other, as the last layer of a network.
+//! Moves embeddings that are near each other together, as the last layer of a network.
 //!
 //! The embeddings of the tokens of one shape go in, and as many unit rows come out. The layer has no parameters: it is not
-//! trained, and it knows neither labels nor the number of parts. Training never sees it.
+//! trained, and it uses neither labels nor the number of parts. It is not used in training.
 
 use crate::config::{ConfigError, ensure};
 use crate::kernels::fused::mean_shift_step;
 use partprobe_carrier::Embeddings;
 use serde::{Deserialize, Serialize};
 
-/// The layer behind the embedding head.
+/// The layer after the embedding head.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(tag = "type", rename_all = "kebab-case", deny_unknown_fields)]
 #[non_exhaustive]
 pub enum RefineConfig {
-    /// Mean shift on the unit sphere: in each step every row moves to the mean of all rows, weighted by
-    /// exp(κ (cosine − 1)) and by the number of points that a row stands for.
+    /// Mean shift on the unit sphere: in each step every row moves to the mean of all rows, weighted by exp(κ (cosine − 1)) and
+    /// by the number of points of a row.
     MeanShift {
-        /// κ: how fast the influence of a row falls with its angle. From 0.1 to 1000.
+        /// κ, which determines how fast the influence of a row decreases with its angle. It is from 0.1 to 1000.
         kappa: f64,
         /// The number of steps, from 1 to 100.
         steps: usize,
@@ -58,7 +58,7 @@ impl RefineConfig {
         }
     }
 
-    /// Refuses settings with which nothing would be computed.
+    /// Refuses values that are out of range.
     ///
     /// # Errors
     /// If a value is out of its range.
@@ -78,7 +78,7 @@ impl RefineConfig {
 
     /// The refined rows, each of length 1.
     ///
-    /// `multiplicity` holds the number of points that each row stands for.
+    /// `multiplicity` is the number of points of each row.
     ///
     /// # Shapes
     /// - rows and output: `[token, dim]`
@@ -130,7 +130,7 @@ mod tests {
         Embeddings::new(dim, crate::model::unit_rows(values, dim)).unwrap()
     }
 
-    /// The definition, in double precision and with all pairs.
+    /// The result by definition, in double precision and with all pairs.
     fn dense(rows: &Embeddings, multiplicity: &[u32]) -> Vec<Vec<f64>> {
         let mut rows: Vec<Vec<f64>> = rows
             .rows()
@@ -183,7 +183,7 @@ mod tests {
 
     #[test]
     fn two_bundles_stay_two_and_an_outlier_joins_one() {
-        // 30 rows about one axis, 30 about the other, and one row between them that is nearer to the first.
+        // 30 rows around one axis, 30 around the other, and one row between them that is nearer to the first.
         let at = |degrees: f32| [degrees.to_radians().cos(), degrees.to_radians().sin()];
         let mut rows: Vec<[f32; 2]> = (0..30).map(|i| at(i as f32 - 15.0)).collect();
         rows.extend((0..30).map(|i| at(90.0 + i as f32 - 15.0)));

@@ -1,5 +1,4 @@
-//! Lists the shapes that a backbone was trained on. Its weights file keeps them, so that it is never scored on these
-//! shapes.
+//! Lists the shapes that a backbone was trained on. Its weights file contains them, so that it is never scored on these shapes.
 //!
 //! Nothing here interprets the keys. The caller decides how to identify a shape.
 
@@ -11,29 +10,29 @@ use serde::{Deserialize, Serialize};
 pub struct TrainedOn {
     /// The label source.
     pub supervision: String,
-    /// How it was trained; the seed is among the settings.
+    /// The settings of the training, including the seed.
     pub settings: TrainSettings,
-    /// The shapes that its gradients came from.
+    /// The shapes from which its gradients were computed.
     pub train: ShapeKeys,
-    /// The shapes that chose among its checkpoints.
+    /// The shapes by which its checkpoint was selected.
     pub valid: ShapeKeys,
-    /// The weights that the training started from; `None` if they were random.
+    /// The weights from which the training started, or `None` if they were random.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub initial: Option<InitialWeights>,
 }
 
-/// Weights that a training starts from, because another training made them.
+/// Weights of another training, from which a training starts.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 pub struct InitialWeights {
     /// SHA-256 of their file, in hexadecimal.
     pub sha256: String,
-    /// All shapes that they were trained on or chosen by, and those of the weights that they started from in turn. It is
+    /// All shapes that they were trained on or selected by, including those of the weights from which they were trained. It is
     /// empty if their file names none.
     pub seen: ShapeKeys,
 }
 
 impl TrainedOn {
-    /// All shapes that the weights have seen, in this training or in one before it.
+    /// All shapes that the weights have seen, in this training or in an earlier one.
     #[must_use]
     pub fn seen(&self) -> ShapeKeys {
         let before = self.initial.as_ref().map(|initial| &initial.seen);
@@ -43,17 +42,17 @@ impl TrainedOn {
     }
 }
 
-/// What tells shapes apart, without their names: each list is sorted and holds a key once.
+/// Keys that identify shapes without their names. Each list is sorted and contains each key once.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 pub struct ShapeKeys {
-    /// A key of the text that each shape was read from.
+    /// A key of the text from which each shape was read.
     pub texts: Vec<String>,
     /// A key of each shape's mesh.
     pub meshes: Vec<String>,
 }
 
 impl ShapeKeys {
-    /// The keys of these shapes, each given by its text's key and its mesh's.
+    /// The keys of these shapes. Each shape is given by the keys of its text and its mesh.
     #[must_use]
     pub fn of<'a>(shapes: impl IntoIterator<Item = (&'a str, &'a str)>) -> Self {
         let (texts, meshes): (Vec<&str>, Vec<&str>) = shapes.into_iter().unzip();
@@ -63,7 +62,7 @@ impl ShapeKeys {
         }
     }
 
-    /// The keys of both.
+    /// The keys in either list.
     #[must_use]
     pub fn union(&self, other: &Self) -> Self {
         let joined = |own: &[String], others: &[String]| {

@@ -1,7 +1,7 @@
 //! Writes named tensors as a safetensors file, and reads them back.
 //!
-//! Everything that is not a tensor is in one metadata entry as JSON. The format keeps metadata in a hash map, and with a
-//! single entry the order of the map cannot change the bytes. Matrices are stored as `[in, out]`.
+//! All data that are not tensors are in one metadata entry as JSON. The metadata are a hash map. With a single entry, the order
+//! of the map cannot change the bytes. Matrices are stored as `[in, out]`.
 
 use crate::config::{Backend, ConfigError};
 use crate::model::Model;
@@ -14,12 +14,12 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::collections::{BTreeSet, HashMap};
 
-/// The metadata entry that holds all of ours.
+/// The metadata entry with all of our data.
 const METADATA_KEY: &str = "partprobe";
-/// Raised when a file of before can no longer be read.
+/// The version is increased if earlier files can no longer be read.
 const FORMAT_VERSION: u32 = 2;
 
-/// Why bytes are not the weights of a network, or cannot be written.
+/// The reason why bytes are not the weights of a network, or cannot be written.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum WeightsError {
@@ -29,10 +29,10 @@ pub enum WeightsError {
     /// The bytes are not a safetensors file, or the header would be too large for one.
     #[error("the file cannot be read as safetensors and may be cut off; restore it or train again")]
     Format(#[from] SafeTensorError),
-    /// The file lacks our metadata, or they do not parse.
+    /// The file does not have our metadata, or they do not parse.
     #[error("the safetensors file was not written by partprobe: {0}")]
     Metadata(String),
-    /// The file is of another version of this format.
+    /// The file has another version of this format.
     #[error(
         "the file has format version {0}, this program reads version 2; use the program that wrote it"
     )]
@@ -55,13 +55,13 @@ pub enum WeightsError {
 #[derive(Deserialize, Serialize)]
 struct Header<T> {
     format_version: u32,
-    /// The SHA-256 of all values, in the order of their names. Files of earlier programs do not say it.
+    /// The SHA-256 of all values, in the order of their names. Files of earlier versions of the program do not contain it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     values_sha256: Option<String>,
     content: T,
 }
 
-/// A file in the making or a file read: f32 tensors by name, and metadata.
+/// The contents of a file: f32 tensors by name, and metadata.
 pub(crate) struct TensorFile<T> {
     pub(crate) content: T,
     /// Name, shape and values, in the order of the names.
@@ -136,7 +136,7 @@ impl<T: Serialize + for<'a> Deserialize<'a>> TensorFile<T> {
         sha256_hex(&bytes)
     }
 
-    /// Takes the values of the named tensors out of the file, one after the other.
+    /// Takes the values of the named tensors out of the file, tensor by tensor.
     pub(crate) fn take(&mut self, shapes: &[ParameterShape]) -> Result<Vec<f32>, WeightsError> {
         let mut values = Vec::with_capacity(shapes.iter().map(ParameterShape::len).sum());
         for shape in shapes {
@@ -181,7 +181,7 @@ fn floats(view: &TensorView) -> Result<Vec<f32>, WeightsError> {
     Ok(words.iter().map(|word| f32::from_le_bytes(*word)).collect())
 }
 
-/// Cuts one vector of values into its named tensors.
+/// Divides one vector of values into its named tensors.
 pub(crate) fn named(shapes: &[ParameterShape], values: &[f32]) -> Vec<(ParameterShape, Vec<f32>)> {
     let mut rest = values;
     shapes
@@ -194,13 +194,13 @@ pub(crate) fn named(shapes: &[ParameterShape], values: &[f32]) -> Vec<(Parameter
         .collect()
 }
 
-/// What a file of weights says of itself.
+/// The metadata of a file of weights.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub(crate) struct ModelNote {
     pub(crate) net: NetConfig,
-    /// How the network's user prepares shapes; nothing here reads it.
+    /// How the user of the network prepares shapes. Nothing here reads it.
     pub(crate) preparation: serde_json::Value,
-    /// What the weights were learned from; files of earlier programs do not say it.
+    /// The shapes that the weights were trained on. Files of earlier versions of the program do not contain them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) trained_on: Option<TrainedOn>,
 }
@@ -236,14 +236,14 @@ fn header_from_text<T: for<'a> Deserialize<'a>>(text: &str) -> Result<Header<T>,
     serde_json::from_str(text).map_err(unreadable)
 }
 
-/// A file of weights, opened: the network that it describes, and what it says of itself.
+/// The contents of a file of weights: the network and the metadata.
 #[derive(Clone, Debug)]
 pub struct ModelFile {
     /// The network with its weights.
     pub model: Model,
-    /// How its user prepares shapes.
+    /// How the user of the network prepares shapes.
     pub preparation: serde_json::Value,
-    /// What it was trained on; `None` if the file does not say it.
+    /// The shapes that it was trained on, or `None` if the file does not name them.
     pub trained_on: Option<TrainedOn>,
 }
 
@@ -268,7 +268,7 @@ impl ModelFile {
         })
     }
 
-    /// The file's bytes; the same weights and notes give the same bytes.
+    /// The bytes of the file. The same weights and metadata give the same bytes.
     ///
     /// # Errors
     /// If the header would be larger than the format allows.
@@ -290,7 +290,7 @@ impl ModelFile {
         }
     }
 
-    /// Refuses a network that another config describes. `net.refine` may differ: it has no weights.
+    /// Refuses the network if its config differs from another one. `net.refine` may differ, because it has no weights.
     ///
     /// # Errors
     /// If the configs differ.
@@ -333,7 +333,7 @@ fn differing_key(path: &str, of_file: &Value, wanted: &Value) -> Option<String> 
 }
 
 impl Model {
-    /// The weights as a safetensors file whose metadata hold the config; the same weights give the same bytes.
+    /// The weights as a safetensors file whose metadata contain the config. The same weights give the same bytes.
     ///
     /// # Errors
     /// If the header would be larger than the format allows.

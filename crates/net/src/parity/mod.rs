@@ -1,7 +1,7 @@
-//! Writes one forward and backward pass with all that another implementation needs to repeat it, as a safetensors file.
+//! Writes one forward and backward pass as a safetensors file, with all data that another implementation needs to repeat it.
 //!
-//! Two proofs meet here. [`Model::parity_case`] writes what this crate computes, for `tools/torch/parity.py` to compute
-//! again in PyTorch; the tests below read `vectors.safetensors`, which that script made, and compute it again in Rust.
+//! There are two comparisons. [`Model::parity_case`] writes the results of this crate, and `tools/torch/parity.py` computes them
+//! again in PyTorch. The tests below read `vectors.safetensors`, which that script made, and compute the results again in Rust.
 
 #[cfg(test)]
 mod vectors;
@@ -19,11 +19,11 @@ use burn::module::Module;
 use burn::tensor::{Tensor, TensorData};
 use partprobe_carrier::{keyed_rng, unit_interval};
 
-/// Why a case could not be made.
+/// The reason why a case could not be made.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ParityError {
-    /// The operating system gave no thread.
+    /// The operating system could not start a thread.
     #[error(transparent)]
     Thread(#[from] ThreadError),
     /// The weights make numbers that are not finite.
@@ -48,12 +48,12 @@ fn rows(name: String, dim: usize, values: Vec<f32>) -> NamedTensor {
 }
 
 impl Model {
-    /// Takes the shapes through the network together as in training, and the gradient of Σ output · constant back. No path is
-    /// dropped.
+    /// Passes the shapes through the network together as in training, and computes the gradient of Σ output · constant. No path
+    /// is dropped.
     ///
-    /// The tensors are `weights.<name>`, `gradients.<name>`, `statistics` (mean and unbiased variance of each batch norm, in
-    /// the order of the pass), and for each shape i `shapes.<i>.features`, `.cells`, `.axes`, `.constant`, `.output` (not
-    /// normalized, in training) and `.embedding` (unit, at test time). The config stands in the metadata.
+    /// The tensors are `weights.<name>`, `gradients.<name>`, `statistics` (mean and unbiased variance of each batch norm, in the
+    /// order of the pass), and for each shape i `shapes.<i>.features`, `.cells`, `.axes`, `.constant`, `.output` (not normalized,
+    /// in training) and `.embedding` (unit, at test time). The config is in the metadata.
     ///
     /// # Errors
     /// If the network's numbers are not finite, or no thread can be started.
@@ -122,7 +122,7 @@ impl Model {
     }
 }
 
-/// So many numbers from -1 to 1, the same at each call, by which the outputs are weighted.
+/// `n` numbers from -1 to 1, by which the outputs are weighted. They are the same at each call.
 fn random_constant(n: usize) -> Vec<f32> {
     let rng = &mut keyed_rng(0, &["parity", "constant"]);
     (0..n)
@@ -155,7 +155,7 @@ fn with_prefix(prefix: &str, shape: ParameterShape) -> ParameterShape {
     }
 }
 
-/// What the network is told of the tokens of a shape; cells and axes are whole numbers below 2¹⁶, which f32 holds exactly.
+/// The input of the network for the tokens of a shape. Cells and axes are whole numbers below 2¹⁶, which f32 represents exactly.
 fn token_tensors(prefix: &str, tokens: &Tokens) -> [NamedTensor; 3] {
     let cells = tokens.cells.iter().flatten().map(|&x| x as f32).collect();
     let axes = tokens.axes.iter().map(|&axis| f32::from(axis)).collect();

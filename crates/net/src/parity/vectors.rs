@@ -1,7 +1,7 @@
-//! Compares small networks with PyTorch, forward and backward: `vectors.safetensors` holds what PyTorch computed.
+//! Compares small networks with PyTorch, forward and backward: `vectors.safetensors` contains the results of PyTorch.
 //!
-//! Weights, inputs and the constants that the outputs are multiplied by are not in the file: both sides compute them
-//! from their names (`planted`). Tokens are: cells and axes of two shapes, one of them shorter than a patch.
+//! Weights, inputs and the constants by which the outputs are multiplied are not in the file. Both sides compute them from their
+//! names (`planted`). The file contains the tokens: cells and axes of two shapes, of which one is shorter than a patch.
 
 use crate::data::curve::Cell;
 use crate::data::hierarchy::{Hierarchy, fixed_orders};
@@ -26,11 +26,11 @@ use safetensors::SafeTensors;
 const FILE: &[u8] = include_bytes!("vectors.safetensors");
 /// Channels of the blocks: one head.
 const WIDTH: usize = 16;
-/// What the brief of the two implementations allows: relative L2 norm of the difference, tensor by tensor.
+/// The allowed relative L2 norm of the difference between the two implementations, tensor by tensor.
 const BLOCK_TOLERANCE: f64 = 1e-4;
 const NETWORK_TOLERANCE: f64 = 1e-3;
 
-/// Numbers between −1 and 1 that depend on a name only: splitmix64 from the name's FNV-1a hash.
+/// Numbers between −1 and 1 that depend only on a name: splitmix64, seeded by the name's FNV-1a hash.
 fn planted(name: &str, n: usize) -> Vec<f32> {
     let seed = name.bytes().fold(0xcbf2_9ce4_8422_2325, |hash: u64, byte| {
         (hash ^ u64::from(byte)).wrapping_mul(0x100_0000_01b3)
@@ -44,7 +44,7 @@ fn planted(name: &str, n: usize) -> Vec<f32> {
     (0..n as u64).map(draw).collect()
 }
 
-/// The module with planted values: matrices as small as their inputs are many, scales near 1.
+/// The module with planted values. The values of matrices are smaller if they have more inputs, and scales are near 1.
 fn with_planted_values<M: Module>(module: M, case: &str) -> M {
     let mut values = Vec::new();
     for shape in parameters::shapes(&module) {
@@ -191,7 +191,7 @@ fn check<M: Module>(
         let (own, after) = rest.split_at(shape.len());
         rest = after;
         if case.ends_with("batch") && shape.name.ends_with("linear.bias") {
-            // The batch norm behind it takes the bias away again: its gradient is 0 but for rounding.
+            // The following batch norm removes the bias, so its gradient is 0 except for rounding.
             let matrix = expected(&format!(
                 "{case}/{}.gradient",
                 shape.name.replace("linear.bias", "linear.weight")
@@ -220,7 +220,7 @@ fn the_pieces_of_a_block() {
         &[n],
         |xcpe, rows, _| xcpe.forward(rows[0].clone(), &levels[0]),
     );
-    // Both levels: patches with a filled-up end, and a shape that is shorter than a patch.
+    // Both levels have patches with a filled-up end, and a shape that is shorter than a patch.
     for (level, curve) in [(0, 0), (0, 3), (1, 2)] {
         let attention = Attention::new(&init, "", WIDTH, curve);
         check(
@@ -284,7 +284,7 @@ fn stem_pooling_and_unpooling_with_either_norm() {
     }
 }
 
-/// A backbone of two stages and a head; with batch norms it has no block, so that the file stays small.
+/// A backbone of two stages and a head. With batch norms it has no block, so that the file is small.
 #[derive(Module, Debug)]
 struct Small {
     backbone: Ptv3,

@@ -1,8 +1,8 @@
 //! Exchanges weights with Pointcept's PTv3 (`PT-v3m1`): a file of weights becomes tensors with Pointcept's names and layouts,
 //! and such tensors become a file of weights.
 //!
-//! `names` maps the names, `state` is the safetensors file with Pointcept's names. Where the two networks differ, the
-//! conversion refuses and says which setting makes the difference. Pickled checkpoints are never read here.
+//! `names` maps the names, `state` is the safetensors file with Pointcept's names. If the two networks differ, the conversion
+//! returns an error that names the setting. Pickled checkpoints are never read here.
 
 mod names;
 mod settings;
@@ -22,7 +22,7 @@ pub use settings::pointcept_backbone;
 pub use state::PointceptState;
 use state::StateTensor;
 
-/// Why weights cannot be exchanged with Pointcept.
+/// The reason why weights cannot be exchanged with Pointcept.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum PointceptError {
@@ -31,12 +31,12 @@ pub enum PointceptError {
     Setting {
         /// The key as a config writes it.
         key: &'static str,
-        /// What PTv3 has instead.
+        /// The property of PTv3 that differs.
         reason: &'static str,
         /// The setting that PTv3 has.
         needed: &'static str,
     },
-    /// The file does not say which network it is, and no network was named.
+    /// The file does not name its network, and the caller did not name one.
     #[error(
         "the file does not say which network it holds; name its size, for example --backbone base"
     )]
@@ -70,7 +70,7 @@ pub enum PointceptError {
         /// The shape that the network needs.
         expected: Vec<usize>,
     },
-    /// The backbone has a tensor that our network has no place for.
+    /// The backbone has a tensor that our network does not have.
     #[error(
         "`{0}` has no counterpart in partprobe (relative positions, prompt-driven norms and deeper stages have none); \
          is it the size that --backbone names?"
@@ -84,20 +84,20 @@ pub enum PointceptError {
     Weights(#[from] WeightsError),
 }
 
-/// A file of weights that came from Pointcept, and what of the file was left behind.
+/// A file of weights made from Pointcept's tensors, and the names of the tensors that were not used.
 #[derive(Clone, Debug)]
 pub struct FromPointcept {
     /// The network, its preparation and what it was trained on.
     pub file: ModelFile,
-    /// Whether the head was in the file too. If not, it has initial weights.
+    /// Whether the head was in the file. If not, it has initial weights.
     pub has_head: bool,
-    /// Tensors outside of the backbone, which were not taken.
+    /// Tensors outside of the backbone, which were not used.
     pub left: Vec<String>,
 }
 
-/// The weights with Pointcept's names and layouts; names of the backbone begin with `backbone.`, as in its segmentors.
+/// The weights with Pointcept's names and layouts. Names of the backbone begin with `backbone.`, as in its segmentors.
 ///
-/// The head, which PTv3 does not have, becomes `partprobe_head`. What the file says of itself travels along.
+/// The head, which PTv3 does not have, becomes `partprobe_head`. The metadata of the file are kept.
 ///
 /// # Errors
 /// If a setting of the network has no counterpart in PTv3.
@@ -122,7 +122,7 @@ pub fn to_pointcept(file: &ModelFile) -> Result<PointceptState, PointceptError> 
 
 /// Makes a file of weights from tensors with Pointcept's names.
 ///
-/// `named` is the network, if the file does not say it itself; then the head gets initial weights by `seed`.
+/// `named` is the network if the file does not name it. In this case, the head gets initial weights with `seed`.
 ///
 /// # Errors
 /// If the tensors are not those of the network, or a setting of it has no counterpart in PTv3.
@@ -179,7 +179,7 @@ pub fn from_pointcept(
     })
 }
 
-/// The settings of a network that PTv3 can be.
+/// The settings of a network that has a counterpart in Pointcept's PTv3.
 fn ptv3_of(config: &NetConfig) -> Result<&Ptv3Config, PointceptError> {
     let refused = |key, reason, needed| {
         Err(PointceptError::Setting {
@@ -233,7 +233,8 @@ fn ptv3_of(config: &NetConfig) -> Result<&Ptv3Config, PointceptError> {
     Ok(ptv3)
 }
 
-/// Matrices are `[in, out]` here and `[out, in]` there. The cells of a convolution are part of its input.
+/// Converts values to Pointcept's layout. Matrices are `[in, out]` here and `[out, in]` there. The cells of a convolution are
+/// included in its input dimension.
 fn their_layout(shape: &ParameterShape, values: &[f32]) -> Vec<f32> {
     match shape.dims[..] {
         [dim_in, dim_out] => transposed(values, dim_in, dim_out),

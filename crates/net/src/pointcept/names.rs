@@ -1,7 +1,7 @@
 //! Maps the names and shapes of our tensors to those of Pointcept's `PT-v3m1`.
 //!
-//! A name goes in piece by piece, from the stage to the layer. Both networks have the same layers, so each of our tensors
-//! is one of theirs.
+//! A name is converted component by component, from the stage to the layer. Both networks have the same layers, so each of our
+//! tensors has a counterpart.
 
 use crate::model::backbones::Stages;
 use crate::model::parameters::ParameterShape;
@@ -10,10 +10,10 @@ use crate::model::parameters::ParameterShape;
 pub(super) const BACKBONE: &str = "backbone.";
 /// The stem's tensor, by which a backbone is recognized.
 pub(super) const STEM: &str = "embedding.stem.conv.weight";
-/// Our embedding head among their tensors. Their heads have other names and meanings, so it replaces none of them.
+/// Our embedding head among their tensors. Their heads have other names and meanings, so it does not replace any of them.
 const HEAD: &str = "partprobe_head";
 
-/// Our layers within a block, and theirs.
+/// Our names of layers within a block, and theirs.
 const BLOCK: [(&str, &str); 9] = [
     ("xcpe.conv", "cpe.0"),
     ("xcpe.out", "cpe.1"),
@@ -25,7 +25,7 @@ const BLOCK: [(&str, &str); 9] = [
     ("mlp.hidden", "mlp.0.fc1"),
     ("mlp.out", "mlp.0.fc2"),
 ];
-/// Our layers between stages, and theirs.
+/// Our names of layers between stages, and theirs.
 const BETWEEN: [(&str, &str); 6] = [
     ("pool.linear", "down.proj"),
     ("pool.norm", "down.norm.0"),
@@ -52,7 +52,7 @@ impl NameMap {
         self.theirs_below(ours, BACKBONE)
     }
 
-    /// Their name of our tensor, where the names of the backbone begin with `prefix`.
+    /// Their name of our tensor, if the names of the backbone begin with `prefix`.
     pub(super) fn theirs_below(&self, ours: &str, prefix: &str) -> String {
         let (layer, field) = ours.rsplit_once('.').unwrap_or(("", ours));
         let field = match field {
@@ -74,7 +74,7 @@ impl NameMap {
         let stage = if side == "encoder" {
             format!("enc.enc{index}")
         } else {
-            // Ours begin with the coarsest stage, theirs are numbered from the finest.
+            // Our decoder stages begin with the coarsest one. Theirs are numbered from the finest one.
             let from_coarsest: usize = index.parse().unwrap_or(0);
             format!(
                 "dec.dec{}",
@@ -120,7 +120,7 @@ pub(super) fn is_head(ours: &str) -> bool {
     ours.starts_with("head.")
 }
 
-/// Whether a tensor of theirs only counts batches; PTv3's batch norms have a fixed momentum and do not read it.
+/// Whether one of their tensors only counts batches. The batch norms of PTv3 have a fixed momentum and do not read it.
 pub(super) fn is_counter(theirs: &str) -> bool {
     theirs.ends_with(".num_batches_tracked")
 }

@@ -48,7 +48,7 @@ pub fn pointcept_backbone(config: &NetConfig) -> Result<String, PointceptError> 
     Ok(format!("backbone=dict(\n{})", rows.concat()))
 }
 
-/// A tuple of Python; one of a single element ends with a comma.
+/// A tuple in Python syntax. A tuple with a single element ends with a comma.
 fn tuple<T: Display>(values: impl IntoIterator<Item = T>) -> String {
     let values: Vec<String> = values.into_iter().map(|value| value.to_string()).collect();
     let end = if values.len() == 1 { "," } else { "" };

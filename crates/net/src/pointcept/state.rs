@@ -1,7 +1,7 @@
 //! Reads and writes a state dict with Pointcept's names as a safetensors file.
 //!
-//! The file holds f32 tensors, and the counters of batch norms as i64. What our file of weights said of itself is in the
-//! metadata; a file of Pointcept has none.
+//! The file holds f32 tensors, and the counters of batch norms as i64. The metadata of our file of weights are included. A file
+//! of Pointcept has none.
 
 use super::PointceptError;
 use super::names::{STEM, is_counter};
@@ -20,7 +20,7 @@ pub(super) struct StateTensor {
     pub(super) values: Vec<f32>,
 }
 
-/// Tensors with Pointcept's names, and what our file of weights said of itself.
+/// Tensors with Pointcept's names, and the metadata of our file of weights.
 #[derive(Clone, Debug)]
 pub struct PointceptState {
     tensors: BTreeMap<String, StateTensor>,
@@ -44,7 +44,7 @@ impl PointceptState {
         self.tensors
     }
 
-    /// What the names of the backbone begin with.
+    /// The prefix of the names of the backbone.
     pub(super) fn backbone_prefix(&self) -> Result<String, PointceptError> {
         let names = self.tensors.keys();
         let prefixes: Vec<&str> = names.filter_map(|name| name.strip_suffix(STEM)).collect();
@@ -61,7 +61,7 @@ impl PointceptState {
     /// Reads a safetensors file.
     ///
     /// # Errors
-    /// If it is none, or a tensor is not of f32.
+    /// If the bytes are not a safetensors file, or a tensor is not f32.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, WeightsError> {
         let (_, metadata) = SafeTensors::read_metadata(bytes)?;
         let entry = metadata
@@ -89,7 +89,7 @@ impl PointceptState {
         Ok(Self::new(tensors, note))
     }
 
-    /// The bytes of a safetensors file; the same state gives the same bytes.
+    /// The bytes of a safetensors file. The same state gives the same bytes.
     ///
     /// # Errors
     /// If the header would be larger than the format allows.
@@ -118,7 +118,7 @@ impl PointceptState {
     }
 }
 
-/// Whether a tensor is one of the backbone whose names begin with this prefix.
+/// Whether a tensor belongs to the backbone whose names begin with this prefix.
 pub(super) fn is_of_backbone(name: &str, prefix: &str) -> bool {
     let own = ["embedding.", "enc.", "dec."];
     name.strip_prefix(prefix)

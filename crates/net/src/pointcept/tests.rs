@@ -1,4 +1,4 @@
-//! Tests names, layouts, refusals, and that weights come back.
+//! Tests names, layouts, refusals, and that weights are the same after both conversions.
 
 use super::*;
 use crate::testing::net_with;

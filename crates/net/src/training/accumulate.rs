@@ -7,11 +7,11 @@ use super::loss::LossTerms;
 use super::{LoadedShape, TrainError, Training};
 
 impl Gradient {
-    /// Adds the gradients of a batch, one thread per shape, in the order of the batch. Several batches add up to what
-    /// one large batch would have given.
+    /// Adds the gradients of a batch, one thread per shape, in the order of the batch. Several batches give the same sum as one
+    /// large batch.
     ///
     /// # Errors
-    /// If a number is NaN or infinite; the first such shape in the order of the batch is named.
+    /// If a number is NaN or infinite. The error names the first such shape in the order of the batch.
     pub fn accumulate(
         &mut self,
         training: &Training,
@@ -46,8 +46,8 @@ impl Gradient {
         Ok(())
     }
 
-    /// A network with batch norms sees the whole batch at once. This is a single job: one worker takes it, and the
-    /// tensor operations find one thread.
+    /// A network with batch norms sees the whole batch at once. This is a single job for one worker, so the tensor operations use
+    /// one thread.
     fn accumulate_as_one(
         &mut self,
         training: &Training,

@@ -1,11 +1,12 @@
-//! Takes the gradient ∂L/∂z by the embeddings back to the parameters, through burn's autodiff graph.
+//! Computes the gradient with respect to the parameters from the gradient ∂L/∂z with respect to the embeddings, with burn's
+//! autodiff graph.
 
 use crate::kernels::ops;
 use crate::model::network::Network;
 use crate::model::parameters;
 use burn::tensor::Tensor;
 
-/// The gradient of the loss by every parameter, in the order of the parameters.
+/// The gradient of the loss with respect to every parameter, in the order of the parameters.
 ///
 /// # Shapes
 /// `z` is (tokens, embedding_dim); `gradient` holds ∂L/∂z row by row.

@@ -2,9 +2,9 @@
 
 use super::{LoadedShape, Loading, TrainError, TrainShape, Training};
 
-/// Where the shapes of the next batch come from.
+/// A source of batches.
 pub trait Batches {
-    /// Why there is no batch.
+    /// The error if a batch cannot be made.
     type Error;
 
     /// The next `train.batch_shapes` shapes of the seeded order. It is called `train.accumulate` times per update.
@@ -14,21 +14,21 @@ pub trait Batches {
     fn next_batch(&mut self) -> Result<Vec<LoadedShape>, Self::Error>;
 }
 
-/// The batches of shapes that are all in memory. Each shape is made ready when its batch is asked for.
+/// The batches of shapes that are all in memory. Each shape is prepared when its batch is requested.
 ///
 /// [`Training::batches_of`] makes them.
 #[derive(Clone, Debug)]
 pub struct MemoryBatches<'a> {
     shapes: &'a [TrainShape],
     loading: Loading,
-    /// How many batches were taken since the first update of the training.
+    /// The number of batches that were taken since the first update of the training.
     n_taken: usize,
 }
 
 impl Training {
-    /// The batches of these shapes, from the next update on.
+    /// The batches of these shapes, beginning with the next update.
     ///
-    /// `shapes` must be the same in each run of the program, because the seeded order is one of their indices.
+    /// `shapes` must be the same in each run of the program, because the seeded order refers to their indices.
     #[must_use]
     pub fn batches_of<'a>(&self, shapes: &'a [TrainShape]) -> MemoryBatches<'a> {
         let loading = self.loading();

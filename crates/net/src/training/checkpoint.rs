@@ -11,7 +11,7 @@ use crate::training::optimizer::AdamW;
 use crate::training::{TrainError, Training};
 use serde::{Deserialize, Serialize};
 
-/// Why a training cannot be gone on with.
+/// The reason why a training cannot be resumed.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ResumeError {
@@ -28,7 +28,7 @@ struct Content {
     net: NetConfig,
     settings: TrainSettings,
     n_steps_done: usize,
-    /// See [`Training::data`]; files of earlier programs do not say it.
+    /// See [`Training::data`]. Files of earlier versions of the program do not contain it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     data: Option<String>,
 }
@@ -45,7 +45,7 @@ fn prefixed(shapes: &[ParameterShape], prefix: &str) -> Vec<ParameterShape> {
 }
 
 impl Training {
-    /// Everything that [`Training::resume`] needs to go on as if nothing had happened.
+    /// All data that [`Training::resume`] needs to continue exactly.
     ///
     /// # Errors
     /// If the header would be larger than the format allows.
@@ -69,10 +69,10 @@ impl Training {
         .to_bytes()
     }
 
-    /// Goes on with a training; the same steps then give the same bytes as without the interruption.
+    /// Resumes a training. The same steps then give the same bytes as without the interruption.
     ///
     /// # Errors
-    /// If the bytes are not a checkpoint of ours.
+    /// If the bytes are not a checkpoint of this program.
     pub fn resume(bytes: &[u8], backend: Backend) -> Result<Self, ResumeError> {
         let mut file = TensorFile::<Content>::from_bytes(bytes)?;
         let blank = Model::blank(&file.content.net, backend).map_err(WeightsError::from)?;

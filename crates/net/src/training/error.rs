@@ -4,22 +4,22 @@ use crate::config::ConfigError;
 use crate::data::tokens::TokenizeError;
 use crate::kernels::one_thread::ThreadError;
 
-/// Why an update could not be made; the training stays as it was before.
+/// The reason why an update could not be made. The training does not change.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum TrainError {
     /// A setting is out of its range.
     #[error(transparent)]
     Config(#[from] ConfigError),
-    /// The weights to start from are those of another network.
+    /// The initial weights are those of another network.
     #[error(
         "the initial weights are of another network; train with the `net` settings that they were trained with"
     )]
     OtherNetwork,
-    /// No parameter of the network has a name that begins so.
+    /// No parameter of the network has a name with this beginning.
     #[error("train.freeze: the network has no part `{0}`")]
     NoSuchPart(String),
-    /// An update that is done had another learning rate than the new schedule gives it.
+    /// An earlier update had another learning rate than in the new schedule.
     #[error(
         "update {step} had another learning rate than the new `optim.schedule` and `train.steps` give it"
     )]
@@ -27,25 +27,25 @@ pub enum TrainError {
         /// The first such update, counted from 1.
         step: usize,
     },
-    /// The operating system gave no thread.
+    /// The operating system could not start a thread.
     #[error(transparent)]
     Thread(#[from] ThreadError),
-    /// There is nothing to train on.
+    /// There is no shape to train on.
     #[error("there is no shape to train on; widen `select` or give more data")]
     NoShapes,
-    /// A shape has not one label a point.
+    /// A shape does not have one label per point.
     #[error(
         "shape `{shape}` has {n_labels} labels for {n_points} points; label and sample it again"
     )]
     Labels {
         /// The id of the shape.
         shape: String,
-        /// How many labels it has.
+        /// The number of its labels.
         n_labels: usize,
-        /// How many points it has.
+        /// The number of its points.
         n_points: usize,
     },
-    /// A shape's points cannot be cut into tokens.
+    /// A shape's points cannot be grouped into tokens.
     #[error("shape `{shape}`: {problem}")]
     Tokens {
         /// The id of the shape.

@@ -1,7 +1,7 @@
-//! Builds a fault into a training on purpose, to test the expectations of a run.
+//! Injects a fault into a training, to test the expectations of a run.
 //!
-//! A run whose expectations still hold with a [`Fault`] expects too little. A fault wraps the batches and the observer of
-//! [`fit`](super::fit::fit). The loop and the settings of a training do not know about it.
+//! If the expectations of a run still hold with a [`Fault`], they are too weak. A fault wraps the batches and the observer of
+//! [`fit`](super::fit::fit). The loop and the settings of a training do not depend on it.
 
 use super::batches::Batches;
 use super::gradient::Gradient;
@@ -11,12 +11,12 @@ use partprobe_carrier::keyed_rng;
 use rand::Rng as _;
 use std::ops::ControlFlow;
 
-/// A fault that a training gets on purpose.
+/// A fault that is injected into a training.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fault {
     /// The gradient has the wrong sign.
     FlipLoss,
-    /// The labels of a shape's tokens are dealt out at random; each label has as many tokens as before.
+    /// The labels of a shape's tokens are permuted at random.
     ShuffleLabels,
     /// Only the head gets a gradient.
     FreezeEncoder,
@@ -64,7 +64,7 @@ impl Fault {
     }
 }
 
-/// Deals labels out at random, always in the same way for the same shape.
+/// Permutes labels at random, always in the same way for the same shape.
 fn shuffle(labels: &mut [i32], shape: &str) {
     let rng = &mut keyed_rng(0, &["fault", shape]);
     for last in (1..labels.len()).rev() {
@@ -72,7 +72,7 @@ fn shuffle(labels: &mut [i32], shape: &str) {
     }
 }
 
-/// Batches or an observer with a fault built in.
+/// Batches or an observer with an injected fault.
 #[derive(Debug)]
 pub struct FaultInjection<T> {
     inner: T,
@@ -80,7 +80,7 @@ pub struct FaultInjection<T> {
 }
 
 impl<T> FaultInjection<T> {
-    /// Builds the fault in.
+    /// Injects the fault.
     pub fn new(inner: T, fault: Fault) -> Self {
         Self { inner, fault }
     }

@@ -1,14 +1,15 @@
 //! Trains a model: this is the training loop. Read this file first in this crate.
 //!
-//! [`fit`] is the loop. Below it are the two steps of an update: what one shape adds to the gradient
-//! ([`shape_gradient`]), and how the gradient of all shapes moves the weights ([`Training::apply`]).
+//! [`fit`] is the loop. Below it are the two steps of an update: [`shape_gradient`] computes the gradient of one shape, and
+//! [`Training::apply`] moves the weights by the gradient of all shapes.
 //!
-//! The loop opens no file and reads no clock. The caller supplies its two ends: [`Batches`] loads shapes, and [`Observer`]
-//! logs, validates, writes checkpoints and stops early.
+//! The loop opens no file and reads no clock. The caller supplies its input and its output: [`Batches`] loads shapes, and
+//! [`Observer`] logs, validates, writes checkpoints and stops early.
 //!
-//! Where the rest is: poses, tokens and the order of shapes in `data` (`augment.rs`, `tokens.rs`, `shape_order.rs`), the
-//! cosine discriminative loss in `loss/mod.rs`, the schedule of the learning rate and AdamW in `optimizer.rs`. With batch
-//! norms a batch is one pass of the network (`joint_gradient.rs`), and [`shape_gradient`] is not used.
+//! Other modules contain the rest: poses, tokens and the order of shapes are in `data` (`pose.rs`, `tokens.rs`,
+//! `shape_order.rs`), the cosine discriminative loss is in `loss/mod.rs`, and the schedule of the learning rate and AdamW are in
+//! `optimizer.rs`. With batch norms, a batch is one pass of the network (`joint_gradient.rs`), and [`shape_gradient`] is not
+//! used.
 
 use super::backward::backward;
 use super::batches::Batches;
@@ -25,7 +26,7 @@ use burn::module::Module;
 /// Trains until the last step, or until the observer ends it.
 ///
 /// # Errors
-/// The first error of the batches, the observer or an update. If an update fails, the weights are those before it.
+/// The first error of the batches, the observer or an update. If an update fails, the weights do not change.
 pub fn fit<E: From<TrainError>>(
     training: &mut Training,
     batches: &mut impl Batches<Error = E>,
@@ -47,7 +48,7 @@ pub fn fit<E: From<TrainError>>(
     Ok(())
 }
 
-/// One shape: forward, loss, backward. `None` if fewer than two labels are on its tokens.
+/// Computes forward pass, loss and backward pass for one shape. Returns `None` if its tokens have fewer than two labels.
 pub(super) fn shape_gradient(
     training: &Training,
     shape: &LoadedShape,
@@ -81,11 +82,11 @@ pub(super) fn shape_gradient(
 impl Training {
     /// Moves the weights by an accumulated gradient: mean over the shapes, clipping, AdamW.
     ///
-    /// Running statistics of batch norms have no gradient, so they move first. If no shape of the update has a loss, the
-    /// gradient is zero, and weight decay and momentum still move the weights.
+    /// Running statistics of batch norms have no gradient, so they are moved separately, before the weights. If no shape of the
+    /// update has a loss, the gradient is zero, and weight decay and momentum still move the weights.
     ///
     /// # Errors
-    /// If the gradient is of no shape; the weights stay as they were.
+    /// If no shape was added to the gradient. The weights do not change.
     pub fn apply(&mut self, mut gradient: Gradient) -> Result<StepReport, TrainError> {
         let shapes = std::mem::take(&mut gradient.shapes);
         let losses = std::mem::take(&mut gradient.losses);
@@ -108,7 +109,7 @@ impl Training {
         })
     }
 
-    /// Moves the weights against the gradient and counts the update; returns its learning rate.
+    /// Moves the weights against the gradient and counts the update. Returns its learning rate.
     fn update(&mut self, gradient: &[f32]) -> f64 {
         let optim = &self.settings.optim;
         let learning_rate = learning_rate(optim, self.n_done, self.settings.train.steps);

@@ -1,7 +1,7 @@
 //! Holds the gradient of an update: a sum over shapes, added in the order of the batch.
 //!
 //! Several threads compute shapes at the same time. Their gradients are added in the order of the batch, so the sum does not
-//! depend on the number of threads. A gradient that is ready too early waits for those before it.
+//! depend on the number of threads. A gradient that is ready too early waits for the previous ones.
 
 use super::Training;
 use crate::model::parameters;
@@ -9,14 +9,14 @@ use crate::training::loss::LossTerms;
 use std::collections::BTreeMap;
 use std::sync::{Mutex, PoisonError};
 
-/// The gradient of an update in the making.
+/// The gradient of an update while it is computed.
 #[derive(Debug)]
 pub struct Gradient {
     /// The sum over the shapes that had a loss, one number per parameter.
     pub(super) sum: Vec<f32>,
     /// The losses of these shapes.
     pub(super) losses: Vec<LossTerms>,
-    /// What the batch norms counted, pass by pass; empty without batch norms.
+    /// The statistics of the batch norms, pass by pass. The list is empty without batch norms.
     pub(super) statistics: Vec<Vec<f32>>,
     /// The ids of all shapes, with or without a loss.
     pub(super) shapes: Vec<String>,
@@ -34,12 +34,12 @@ impl Gradient {
         }
     }
 
-    /// Turns the gradient around.
+    /// Reverses the sign of the gradient.
     pub(super) fn negate(&mut self) {
         self.sum.iter_mut().for_each(|g| *g = -*g);
     }
 
-    /// Sets the gradient of the tensors whose names are given to 0.
+    /// Sets the gradient of tensors to 0 if their names satisfy `is_cleared`.
     pub(super) fn clear_tensors(&mut self, training: &Training, is_cleared: impl Fn(&str) -> bool) {
         let mut rest = self.sum.as_mut_slice();
         for tensor in parameters::shapes(training.model.network()) {
@@ -51,7 +51,7 @@ impl Gradient {
         }
     }
 
-    /// The mean over `n_shapes`, those that had a loss.
+    /// The mean over the `n_shapes` shapes that had a loss.
     pub(super) fn into_mean(mut self, n_shapes: usize) -> Vec<f32> {
         let weight = 1.0 / n_shapes.max(1) as f32;
         self.sum.iter_mut().for_each(|g| *g *= weight);
@@ -59,18 +59,18 @@ impl Gradient {
     }
 }
 
-/// A sum whose terms come in any order and are added in that of their indices.
+/// A sum whose terms arrive in any order and are added in the order of their indices.
 pub(super) struct OrderedSum(Mutex<Terms>);
 
 struct Terms {
     sum: Vec<f32>,
     next: usize,
-    /// Terms that came before their turn; `None` for a shape without a loss.
+    /// Terms that arrived too early. A shape without a loss is `None`.
     waiting: BTreeMap<usize, Option<Vec<f32>>>,
 }
 
 impl OrderedSum {
-    /// A sum that starts from `sum` and waits for the term of index 0.
+    /// A sum that starts from `sum` and waits for the term with the index 0.
     pub(super) fn new(sum: Vec<f32>) -> Self {
         Self(Mutex::new(Terms {
             sum,
@@ -79,7 +79,7 @@ impl OrderedSum {
         }))
     }
 
-    /// Adds a term as soon as all terms before it are there.
+    /// Adds a term as soon as all previous terms have arrived.
     pub(super) fn add(&self, at: usize, term: Option<Vec<f32>>) {
         let mut terms = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         terms.waiting.insert(at, term);

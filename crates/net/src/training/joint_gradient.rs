@@ -1,7 +1,7 @@
-//! Computes the gradient of a batch that goes through the network together, for networks with batch norms.
+//! Computes the gradient of a batch whose shapes pass through the network together, for networks with batch norms.
 //!
-//! A batch norm sees the tokens of all shapes. Neighborhoods, patches, clusters and losses stay within their shapes. One
-//! thread computes, and memory grows with the batch.
+//! A batch norm sees the tokens of all shapes. Neighborhoods, patches, clusters and losses stay within their shapes. The
+//! computation uses one thread, and memory grows with the batch.
 
 use super::backward::backward;
 use super::{LoadedShape, TrainError, Training};
@@ -12,21 +12,21 @@ use crate::model::parameters::host_values;
 use crate::training::loss::{LossTerms, cosdisc};
 use burn::module::Module;
 
-/// What a batch adds to an update.
+/// The contribution of a batch to an update.
 pub(super) struct JointGradient {
     /// The losses of the shapes that had one.
     pub(super) losses: Vec<LossTerms>,
     /// The sum of their gradients.
     pub(super) gradient: Vec<f32>,
-    /// What the batch norms counted.
+    /// The statistics of the batch norms.
     pub(super) statistics: Vec<f32>,
 }
 
-/// Takes all shapes through the network together; `batch` holds at least one.
+/// Passes all shapes through the network together. `batch` must contain at least one.
 ///
 /// # Errors
-/// If a loss or the gradient is NaN or infinite. The numbers of one shape reach those of all others, so that the shape that is
-/// named is the first one whose loss shows it, or the whole batch.
+/// If a loss or the gradient is NaN or infinite. Each shape influences all others, so the error names the first shape whose loss
+/// is not finite, or else the whole batch.
 pub(super) fn joint_gradient(
     training: &Training,
     batch: &[LoadedShape],

@@ -1,7 +1,7 @@
 //! Prepares a labeled shape for an update: random pose, tokens, jitter, levels, labels.
 //!
-//! Nothing here needs tensors or the weights, so it can run on any thread, some steps ahead of the update. The result
-//! depends on the settings, the shape and the step only.
+//! Nothing here needs tensors or the weights, so it can run on any thread, some steps ahead of the update. The result depends
+//! only on the settings, the shape and the step.
 
 use super::{TrainError, TrainShape};
 use crate::config::{TokenConfig, TrainSettings};
@@ -14,15 +14,15 @@ use crate::model::backbones::ShapeInput;
 use crate::model::net_config::NetConfig;
 use partprobe_carrier::{Rng, keyed_rng};
 
-/// A shape as an update wants it.
+/// A shape that is prepared for an update.
 pub struct LoadedShape {
     /// The id of the shape.
     pub(super) id: String,
-    /// Updates done before the one that it was loaded for.
+    /// The number of updates before the one for which it was loaded.
     pub(super) step: usize,
-    /// What the network is fed with.
+    /// The input of the network.
     pub(super) input: ShapeInput,
-    /// The label of each token; negative ones are ignored.
+    /// The label of each token. Negative labels are ignored.
     pub(super) labels: Vec<i32>,
 }
 
@@ -33,7 +33,7 @@ impl LoadedShape {
     }
 }
 
-/// What loading depends on, apart from the shapes.
+/// The settings on which loading depends.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Loading {
     pub(super) net: NetConfig,
@@ -41,7 +41,7 @@ pub struct Loading {
 }
 
 impl Loading {
-    /// The indices of the shapes of an update, in their order, where there are `n_shapes` and `step` updates are done.
+    /// The indices of the shapes of an update, in their order, if there are `n_shapes` shapes and `step` updates are done.
     #[must_use]
     pub fn batch(&self, n_shapes: usize, step: usize) -> Vec<usize> {
         let train = &self.settings.train;
@@ -52,10 +52,10 @@ impl Loading {
         }
     }
 
-    /// Makes a shape ready for the update after `step` others.
+    /// Prepares a shape for the update after `step` others.
     ///
     /// # Errors
-    /// If its labels do not fit its points, or its points cannot be cut into tokens.
+    /// If its labels do not fit its points, or its points cannot be grouped into tokens.
     pub fn load(&self, shape: &TrainShape, step: usize) -> Result<LoadedShape, TrainError> {
         let PosedShape {
             tokens,
@@ -70,10 +70,10 @@ impl Loading {
         })
     }
 
-    /// The tokens that [`Loading::load`] makes ready, and the label of each.
+    /// The tokens that [`Loading::load`] prepares, and the label of each.
     ///
     /// # Errors
-    /// As there.
+    /// As for [`Loading::load`].
     pub fn tokens(
         &self,
         shape: &TrainShape,
@@ -103,7 +103,7 @@ impl Loading {
             voxels,
             ..
         } = self.settings.tokens;
-        // A stream of its own: a range draws the poses of a fixed number.
+        // The resolution has a separate random stream, so a range of resolutions has the same poses as a fixed number.
         let resolution = &mut keyed_rng(
             self.settings.train.seed,
             &["resolution", &shape.id, &step.to_string()],

@@ -37,18 +37,18 @@ use crate::training::optimizer::{AdamW, Group};
 use partprobe_carrier::PointSample;
 use workers::Workers;
 
-/// One training shape: its sampled points and a label for each of them.
+/// One training shape: its sampled points and one label per point.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TrainShape {
-    /// The id of the shape; it keys the augmentation.
+    /// The id of the shape. It is a key of the random augmentation.
     pub id: String,
     /// Points and normals.
     pub sample: PointSample,
-    /// The supervision's label of each point; negative ones are ignored.
+    /// The supervision's label of each point. Negative labels are ignored.
     pub labels: Vec<i32>,
 }
 
-/// A training that can be stopped after each update and gone on with.
+/// A training that can be stopped after each update and resumed.
 #[derive(Debug)]
 pub struct Training {
     pub(crate) settings: TrainSettings,
@@ -61,10 +61,10 @@ pub struct Training {
     workers: Workers,
 }
 
-/// What one update did.
+/// The report of one update.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StepReport {
-    /// Updates done, this one included.
+    /// The number of updates, including this one.
     pub step: usize,
     /// The loss and its terms: means over the shapes that have at least two labels.
     pub loss: LossTerms,
@@ -74,12 +74,12 @@ pub struct StepReport {
     pub grad_norm: f64,
     /// Ids of the batch, in order.
     pub shapes: Vec<String>,
-    /// Shapes of the batch that had no loss because fewer than two labels were left on their tokens.
+    /// The number of shapes of the batch without a loss, because their tokens had fewer than two labels.
     pub n_without_loss: usize,
 }
 
 impl Training {
-    /// Starts from initial weights; one thread until [`Training::with_threads`] says otherwise.
+    /// Starts from initial weights, with one thread. [`Training::with_threads`] changes the number of threads.
     ///
     /// # Errors
     /// If a setting is out of its range or no thread can be started.
@@ -93,7 +93,8 @@ impl Training {
         Self::from_state(model, settings, adam, 0)
     }
 
-    /// Starts from the weights of a model, as when a network is pre-trained on other shapes. The optimizer starts anew.
+    /// Starts from the weights of a model, for example of a network that is pre-trained on other shapes. The state of the
+    /// optimizer starts at zero.
     ///
     /// # Errors
     /// If the model has another network, a setting is out of its range or no thread can be started.
@@ -146,8 +147,7 @@ impl Training {
     /// The same training with another length or schedule.
     ///
     /// # Errors
-    /// If a setting is out of its range, or the schedule would have given one of the updates that are done another
-    /// learning rate.
+    /// If a setting is out of its range, or an earlier update would have had another learning rate with the new schedule.
     pub fn extended(mut self, settings: &TrainSettings) -> Result<Self, TrainError> {
         settings.check()?;
         if let Some(step) = self.settings.first_other_rate(settings, self.n_done) {
@@ -158,7 +158,7 @@ impl Training {
         Ok(self)
     }
 
-    /// Lets `n_threads` shapes of a batch be computed at once. The result is the same, byte for byte.
+    /// Computes `n_threads` shapes of a batch at the same time. The result is the same, byte for byte.
     ///
     /// # Errors
     /// If the threads cannot be started.
@@ -167,7 +167,7 @@ impl Training {
         Ok(self)
     }
 
-    /// Notes what tells the shapes and labels of this training from others; its checkpoints keep it.
+    /// Sets a text that identifies the shapes and labels of this training. Checkpoints contain it.
     #[must_use]
     pub fn with_data(self, data: String) -> Self {
         Self {
@@ -176,13 +176,13 @@ impl Training {
         }
     }
 
-    /// What [`Training::with_data`] noted; `None` if nothing was.
+    /// The text of [`Training::with_data`], or `None` if it was not set.
     #[must_use]
     pub fn data(&self) -> Option<&str> {
         self.data.as_deref()
     }
 
-    /// Updates done so far.
+    /// The number of updates so far.
     #[must_use]
     pub fn n_steps_done(&self) -> usize {
         self.n_done
@@ -194,13 +194,13 @@ impl Training {
         self.n_done >= self.settings.train.steps
     }
 
-    /// The network with its present weights.
+    /// The network with its current weights.
     #[must_use]
     pub fn model(&self) -> &Model {
         &self.model
     }
 
-    /// Names of the tensors that no gradient other than 0 has ever reached; a sound training has none.
+    /// Names of the tensors whose gradients have always been 0. A correct training has none.
     #[must_use]
     pub fn untouched_tensors(&self) -> Vec<String> {
         let shapes = parameters::shapes(self.model.network());
@@ -215,13 +215,13 @@ impl Training {
             .collect()
     }
 
-    /// What the training was started with.
+    /// The settings of the training.
     #[must_use]
     pub fn settings(&self) -> &TrainSettings {
         &self.settings
     }
 
-    /// What loads shapes for this training, on any thread.
+    /// The loader of shapes for this training. It can be used on any thread.
     #[must_use]
     pub fn loading(&self) -> Loading {
         Loading {
@@ -232,10 +232,10 @@ impl Training {
 
     /// Loads the next batch of the seeded order, with the threads of the training.
     ///
-    /// `shapes` must be the same at each call: the order is one of their indices.
+    /// `shapes` must be the same at each call, because the order refers to their indices.
     ///
     /// # Errors
-    /// If there is no shape, or one of the batch is unusable.
+    /// If there is no shape, or a shape of the batch cannot be used.
     pub fn load(&self, shapes: &[TrainShape]) -> Result<Vec<LoadedShape>, TrainError> {
         let loading = self.loading();
         let batch = loading.batch(shapes.len(), self.n_done);
@@ -248,7 +248,7 @@ impl Training {
     /// Makes one update from the shapes that were loaded for it, outside of [`fit()`].
     ///
     /// # Errors
-    /// If there is no shape, or the numbers stop being finite; the weights stay as they were.
+    /// If there is no shape, or the numbers are not finite. The weights do not change.
     pub fn step(&mut self, shapes: &[LoadedShape]) -> Result<StepReport, TrainError> {
         let mut gradient = Gradient::zero(self);
         for batch in shapes.chunks(self.settings.train.batch_shapes) {
@@ -257,7 +257,7 @@ impl Training {
         self.apply(gradient)
     }
 
-    /// Moves the running statistics of batch norms, which have no gradient: the update leaves them as they are.
+    /// Moves the running statistics of batch norms. They have no gradient, so the update does not change them.
     fn move_statistics(&mut self, statistics: &[Vec<f32>]) {
         let shapes = parameters::shapes(self.model.network());
         let config = &self.settings.train;
@@ -268,7 +268,7 @@ impl Training {
         }
     }
 
-    /// Takes the gradient of each tensor away that keeps its weights.
+    /// Sets the gradients of frozen tensors to 0.
     fn freeze_gradient(&self, gradient: &mut [f32]) {
         if self.settings.train.freeze.is_empty() {
             return;

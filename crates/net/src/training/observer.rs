@@ -1,12 +1,12 @@
-//! Defines what the caller does between two updates: logs, validations, checkpoints, early stopping.
+//! Defines the actions of the caller between two updates: logs, validations, checkpoints, early stopping.
 
 use super::gradient::Gradient;
 use super::{StepReport, Training};
 use std::ops::ControlFlow;
 
-/// What watches a training.
+/// An observer of a training.
 pub trait Observer {
-    /// Why watching failed.
+    /// The error of the observer.
     type Error;
 
     /// Called when the gradient of an update is complete, before the weights move. It may change the gradient.
@@ -15,7 +15,7 @@ pub trait Observer {
     /// Called after each update. `Break` ends the training here.
     ///
     /// # Errors
-    /// If a log, a validation or a checkpoint fails; the training ends with this error.
+    /// If a log, a validation or a checkpoint fails. The training ends with this error.
     fn after_step(
         &mut self,
         training: &Training,

@@ -1,8 +1,8 @@
 //! Moves the weights: AdamW (Loshchilov and Hutter, ICLR 2019), the clipping of gradients and the learning-rate schedule,
 //! on plain vectors.
 //!
-//! The state is two vectors and a count, so that a checkpoint holds all of it and a resumed training is exact.
-//! The ε of 1e-8 and the moments' 0.9 and 0.999 are PyTorch's; burn's AdamW has another ε.
+//! The state is two vectors and a count. A checkpoint contains all of it, so a resumed training is exact. The ε of 1e-8 and the
+//! decay rates 0.9 and 0.999 of the moments are those of PyTorch. burn's AdamW has another ε.
 
 use crate::config::{OptimConfig, ScheduleConfig, TrainSettings};
 use crate::model::parameters::ParameterShape;
@@ -18,19 +18,19 @@ pub(crate) struct AdamW {
     pub(crate) second: Vec<f32>,
 }
 
-/// A run of parameters, one tensor, that an update treats alike.
+/// The parameters of one tensor. An update treats them alike.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Group {
-    /// How many parameters it has.
+    /// The number of parameters.
     pub(crate) len: usize,
-    /// Whether weight decay shrinks them: matrices, no biases and no norms.
+    /// Whether weight decay applies to them. It applies to matrices, but not to biases and norms.
     pub(crate) decays: bool,
-    /// Their learning rate, in learning rates of the step; 0 leaves them as they are.
+    /// Their learning rate, as a multiple of the learning rate of the step. With 0 they do not change.
     pub(crate) rate: f64,
 }
 
 impl Group {
-    /// The groups of tensors of these names and shapes, one each.
+    /// One group per tensor with these names and shapes.
     pub(crate) fn of_tensors(shapes: &[ParameterShape], settings: &TrainSettings) -> Vec<Self> {
         let group = |shape: &ParameterShape| {
             let rate = if settings.train.freezes(&shape.name) {
@@ -55,9 +55,9 @@ impl Group {
 pub(crate) struct Update {
     /// The learning rate of this step.
     pub(crate) learning_rate: f64,
-    /// Share of a decaying parameter that a learning rate of 1 would take away.
+    /// The fraction that weight decay removes from a parameter at a learning rate of 1.
     pub(crate) weight_decay: f64,
-    /// Updates before this one.
+    /// The number of previous updates.
     pub(crate) n_before: usize,
 }
 
@@ -92,7 +92,7 @@ impl AdamW {
         }
     }
 
-    /// Which of the groups no gradient has ever reached.
+    /// The indices of the groups whose gradients have always been 0.
     pub(crate) fn untouched(&self, groups: &[Group]) -> Vec<usize> {
         let mut rest = self.second.as_slice();
         let is_untouched = |group: &Group| {
@@ -203,7 +203,7 @@ pub(crate) fn learning_rate(config: &OptimConfig, step: usize, n_steps: usize) -
 }
 
 impl TrainSettings {
-    /// The index of the first of `n_steps` steps to which `other` gives another learning rate.
+    /// The index of the first of `n_steps` steps that has another learning rate in `other`.
     #[must_use]
     pub fn first_other_rate(&self, other: &Self, n_steps: usize) -> Option<usize> {
         let rate = |of: &Self, step| learning_rate(&of.optim, step, of.train.steps).to_bits();
@@ -211,7 +211,7 @@ impl TrainSettings {
     }
 }
 
-/// Goes smoothly from `from` at 0 to `to` at 1.
+/// A smooth function of `share` from `from` at 0 to `to` at 1.
 fn half_cosine(from: f64, to: f64, share: f64) -> f64 {
     to + (from - to) * 0.5 * (1.0 + (std::f64::consts::PI * share).cos())
 }

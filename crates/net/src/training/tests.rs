@@ -24,7 +24,7 @@ fn train(shapes: &[TrainShape], settings: &TrainSettings, n_threads: usize) -> T
     training
 }
 
-/// Share of the tokens that are nearest to the mean direction of their own label.
+/// The fraction of tokens that are nearest to the mean direction of their own label.
 fn nearest_center_accuracy(model: &Model, shape: &TrainShape) -> f64 {
     let tokens = tokenize(&shape.sample, 60, Voxels::NormalKeyed).unwrap();
     let labels = tokens.majority_labels(&shape.labels);
@@ -208,7 +208,7 @@ fn a_shape_of_one_part_has_no_loss_and_is_counted() {
     );
 }
 
-/// Batch norms and dropped paths: whatever else training does with a network than what test time does.
+/// A network with batch norms and dropped paths, which differ between training and test time.
 fn stochastic_net() -> NetConfig {
     net_with(|ptv3| (ptv3.norm, ptv3.drop_path) = (NormKind::Batch, 0.2))
 }
@@ -250,7 +250,7 @@ fn a_batch_that_runs_as_one_learns_and_counts_statistics_that_do_not_decay() {
         let (own, rest) = values.split_at(shape.len());
         values = rest;
         if shape.name.ends_with("running_variance") {
-            // 0.99^40 of the initial 1 is left at least.
+            // At least 0.99^40 of the initial value 1 is left.
             assert!(
                 own.iter().all(|&variance| variance > 0.66),
                 "{}: {own:?}",
@@ -353,7 +353,7 @@ impl Observer for StopAfter {
     }
 }
 
-/// A training of `n_steps` at most by [`fit`], with a fault if one is given.
+/// A training of at most `n_steps` updates by [`fit`], with a fault if one is given.
 fn fitted(
     shapes: &[TrainShape],
     settings: &TrainSettings,

@@ -1,20 +1,20 @@
 //! Distributes the shapes of a batch to pools of one thread each.
 //!
-//! Which pool computes a shape depends on chance. The results and their order do not.
+//! The assignment of shapes to pools is random, but the results and their order are not.
 
 use crate::kernels::one_thread::{ThreadError, one_thread_pool};
 use rayon::ThreadPool;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
-/// The threads of a training, each of them a pool in which tensor operations find one thread.
+/// The threads of a training. Each of them is a pool in which tensor operations use one thread.
 #[derive(Debug)]
 pub(super) struct Workers {
     pools: Vec<ThreadPool>,
 }
 
 impl Workers {
-    /// Starts `n_threads` of them, at least one.
+    /// Starts `n_threads` workers, at least one.
     pub(super) fn new(n_threads: usize) -> Result<Self, ThreadError> {
         Ok(Self {
             pools: (0..n_threads.max(1))
@@ -23,7 +23,7 @@ impl Workers {
         })
     }
 
-    /// Does the jobs with all workers at once; a worker that is done takes the next one. The results are in the order of the
+    /// Does the jobs with all workers at once. A worker that is done takes the next job. The results are in the order of the
     /// jobs.
     pub(super) fn map<J: Sync, R: Send>(
         &self,

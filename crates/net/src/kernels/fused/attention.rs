@@ -18,8 +18,8 @@
 //!  [96, channel]   [96, patch], reused by each block             [96, channel]
 //! ```
 //!
-//! A tile of 6 rows and 16 columns stays in registers (`tile`). The forward pass keeps the logarithm of each row's sum
-//! of exponentials. The backward pass computes the weights again from it, as in FlashAttention (Dao et al., 2022).
+//! A tile of 6 rows and 16 columns stays in registers (`tile`). The forward pass stores the logarithm of each row's sum of
+//! exponentials. The backward pass computes the weights again from it, as in FlashAttention (Dao et al., 2022).
 
 use super::lanes::{LANES, copy_row, exp_of_negative, lane_max, lane_sum};
 use super::linear::multiply;
@@ -29,10 +29,10 @@ use crate::data::patches::Patches;
 use burn::tensor::Tensor;
 use std::sync::Arc;
 
-/// Queries whose scores are held at once.
+/// Number of queries whose scores are in memory at once.
 const QUERIES: usize = 16 * ROWS;
 
-/// Attention of each token to the tokens of its patch; `None` if the tensor is not of the flex backend.
+/// Attention of each token to the tokens of its patch. Returns `None` if the tensor is not of the flex backend.
 ///
 /// # Shapes
 /// - qkv: `[token, 3 × head × channel]`
@@ -84,7 +84,7 @@ struct AttentionShape {
     head_dim: usize,
 }
 
-/// The thirds of a row of qkv.
+/// The three thirds of a row of qkv.
 #[derive(Clone, Copy)]
 enum Third {
     Query = 0,
@@ -108,7 +108,7 @@ impl AttentionShape {
         start..start + self.head_dim
     }
 
-    /// Query, key or value of one head for each of the tokens.
+    /// The query, key or value of one head, for each of the tokens.
     ///
     /// # Shapes
     /// - output: `[token, channel]`
@@ -212,7 +212,7 @@ impl Forward<'_> {
         self.write_means(queried, head, mixed, sums);
     }
 
-    /// Turns scores into exponentials, and keeps the logarithm of each row's sum for the backward pass.
+    /// Replaces scores by exponentials, and stores the logarithm of each row's sum for the backward pass.
     #[inline(always)]
     fn exponentials_of_rows(
         &mut self,
@@ -244,7 +244,7 @@ impl Forward<'_> {
     }
 }
 
-/// Turns a row of scores into the exponentials of scaled scores less the highest one; returns their sum.
+/// Replaces a row of scores by the exponentials of the scaled scores minus the highest one. Returns their sum.
 #[inline(always)]
 pub(super) fn exponentials(row: &mut [f32], scale: f32, highest: f32) -> f32 {
     let (lanes, rest) = row.as_chunks_mut::<LANES>();
@@ -265,7 +265,7 @@ pub(super) fn exponentials(row: &mut [f32], scale: f32, highest: f32) -> f32 {
 
 /// # Shapes
 /// - qkv and by_qkv: `[token, 3 × head × channel]`
-/// - g: `[token, head × channel]`, the gradient by the output
+/// - g: `[token, head × channel]`, the gradient with respect to the output
 /// - log_sums: `[token, head]`
 struct Pullback<'a> {
     qkv: &'a [f32],
@@ -280,9 +280,9 @@ struct Pullback<'a> {
 struct BackwardPanels {
     /// `[channel, token]`, for the scores.
     keys: Panels,
-    /// `[token, channel]`, for the gradient by the queries.
+    /// `[token, channel]`, for the gradient with respect to the queries.
     key_rows: Panels,
-    /// `[channel, token]`, for the gradient by the weights.
+    /// `[channel, token]`, for the gradient with respect to the weights.
     values: Panels,
 }
 
@@ -290,9 +290,9 @@ struct BackwardPanels {
 struct BackwardScratch {
     /// `[query, token]`: the weights, computed again.
     weights: Vec<f32>,
-    /// `[query, token]`: the gradient by the weights, then by the scores.
+    /// `[query, token]`: the gradient with respect to the weights, then to the scores.
     slopes: Vec<f32>,
-    /// `[query, channel]`: the gradient by the output.
+    /// `[query, channel]`: the gradient with respect to the output.
     by_mixed: Vec<f32>,
     /// `[query, channel]`.
     by_queries: Vec<f32>,
@@ -343,7 +343,7 @@ impl Pullback<'_> {
         }
     }
 
-    /// Adds what one block of queries of one head contributes to the gradients.
+    /// Adds the contribution of one block of queries of one head to the gradients.
     #[inline(always)]
     fn pull_back(
         &mut self,
@@ -428,7 +428,8 @@ impl Pullback<'_> {
     }
 }
 
-/// From scores and the gradient by the weights: the weights, and the gradient by the unscaled scores.
+/// Computes the weights and the gradient with respect to the unscaled scores, from the scores and the gradient with respect to
+/// the weights.
 #[inline(always)]
 fn score_slopes(weights: &mut [f32], slopes: &mut [f32], scale: f32, log_sum: f32) {
     exponentials(weights, scale, log_sum);

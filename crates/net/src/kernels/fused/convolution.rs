@@ -12,7 +12,7 @@ use crate::data::neighbor_pairs::NeighborPairs;
 use burn::tensor::Tensor;
 use std::sync::Arc;
 
-/// Each token's neighbors times the weight of their offset, summed, plus the bias.
+/// For each token, the sum over its neighbors of their rows times the weights of their offsets, plus the bias.
 ///
 /// Returns `None` if a tensor is not of the flex backend.
 ///
@@ -88,7 +88,8 @@ pub(crate) fn convolution(
     )
 }
 
-/// The gradient by the rows: the gradients of the tokens that a row is a neighbor of, times the transposed weights.
+/// The gradient with respect to the rows: the sum of the gradients of all tokens of which a row is a neighbor, times the
+/// transposed weights.
 ///
 /// # Shapes
 /// - w: `[offset × in, out]`
@@ -159,7 +160,7 @@ impl Kernel for Scatter<'_> {
     }
 }
 
-/// The rows of up to `ROWS` sources. If there are fewer, the last one is repeated, and nobody adds its further products.
+/// The rows of up to `ROWS` sources. If there are fewer, the last one is repeated, and its further products are not used.
 #[inline(always)]
 fn source_rows<'a>(x: &'a [f32], sources: &[u32], depth: usize) -> [&'a [f32]; ROWS] {
     let mut rows = [&x[..0]; ROWS];
@@ -184,7 +185,7 @@ fn add_sums(
     width: usize,
 ) {
     match <&[u32; ROWS]>::try_from(targets) {
-        // Loops of constant length: with others, the sums would leave their registers for the stack first.
+        // The loops have a constant length. Otherwise the sums would be moved from registers to the stack first.
         Ok(targets) if columns.len() == LANES => {
             for r in 0..ROWS {
                 let start = targets[r] as usize * width + columns.start;

@@ -1,4 +1,4 @@
-//! Computes GELU with the error function, x·Φ(x) (Hendrycks and Gimpel, 2016), in one pass each way.
+//! Computes GELU with the error function, x·Φ(x) (Hendrycks and Gimpel, 2016), in one forward and one backward pass.
 
 use super::lanes::exp_of_negative;
 use super::tile::{Kernel, vectorised};
@@ -26,7 +26,7 @@ fn gelu_of(x: &[f32]) -> Vec<f32> {
     y
 }
 
-/// The gradient by the numbers before GELU, of the one behind it.
+/// The gradient with respect to the input of GELU, from the gradient with respect to its output.
 fn by_gelu(x: &[f32], by_output: &[f32]) -> Vec<f32> {
     let mut by_input = vec![0.0; x.len()];
     vectorised(GeluPullback {
@@ -67,10 +67,10 @@ impl Kernel for GeluPullback<'_> {
     }
 }
 
-/// Φ(x), to 1e-7 by formula 7.1.26 of Abramowitz and Stegun, and its derivative.
+/// Φ(x), accurate to 1e-7 by formula 7.1.26 of Abramowitz and Stegun, and its derivative.
 #[inline(always)]
 pub(super) fn normal_cdf(x: f32) -> (f32, f32) {
-    /// Coefficients of the rational approximation of erfc(z)·e^{z²}, by falling power of t.
+    /// Coefficients of the rational approximation of erfc(z)·e^{z²}, from the highest power of t to the lowest.
     const A: [f32; 5] = [
         1.061_405_4,
         -1.453_152,

@@ -1,9 +1,9 @@
-//! Computes with rows in lanes: sums, and the exponential.
+//! Computes sums and exponentials of rows in lanes.
 //!
-//! Sums run in 16 lanes on every processor, and products are fused wherever they are written so, so that the
-//! width of its vectors does not reach the result.
+//! Sums run in 16 lanes on every processor, and fused products are written explicitly. So the result does not depend on the width
+//! of the processor's vectors.
 
-/// Accumulators of a sum, and columns of a tile.
+/// Number of accumulators of a sum, and of columns of a tile.
 pub(super) const LANES: usize = 16;
 
 /// The sum of `term` over two rows of equal length.
@@ -21,7 +21,7 @@ pub(super) fn lane_sum(a: &[f32], b: &[f32], term: impl Fn(f32, f32) -> f32) -> 
     for (&x, &y) in a_rest.iter().zip(b_rest) {
         rest += term(x, y);
     }
-    // Halves onto each other: one after the other, each sum would wait for the one before.
+    // The halves are added to each other. If the lanes were added one after the other, each sum would wait for the previous one.
     let mut width = LANES / 2;
     while width > 0 {
         for lane in 0..width {
@@ -32,7 +32,7 @@ pub(super) fn lane_sum(a: &[f32], b: &[f32], term: impl Fn(f32, f32) -> f32) -> 
     sums[0] + rest
 }
 
-/// The largest of a row's numbers; −∞ for an empty row.
+/// The largest number of a row, or −∞ for an empty row.
 #[inline(always)]
 pub(super) fn lane_max(row: &[f32]) -> f32 {
     let (lanes, rest) = row.as_chunks::<LANES>();
@@ -65,7 +65,7 @@ pub(super) fn lane_max(row: &[f32]) -> f32 {
     most
 }
 
-/// Copies a row; short ones without the call that `copy_from_slice` is.
+/// Copies a row. Short rows are copied without a function call, unlike in `copy_from_slice`.
 #[inline(always)]
 pub(super) fn copy_row(row: &[f32], target: &mut [f32]) {
     let (lanes, rest) = row.as_chunks::<LANES>();
@@ -78,18 +78,18 @@ pub(super) fn copy_row(row: &[f32], target: &mut [f32]) {
     }
 }
 
-/// e^x for x in −87..=0 to about 2 ulp, without a call: 2^n times a polynomial of the rest.
+/// e^x for x in −87..=0, accurate to about 2 ulp and without a function call: 2^n times a polynomial of the rest.
 #[inline(always)]
 pub(super) fn exp_of_negative(x: f32) -> f32 {
-    /// Adding this rounds to a whole number, which the lowest bits then hold.
+    /// Adding this number rounds to a whole number, which is then in the lowest bits.
     const ROUND: f32 = 12_582_912.0;
-    /// ln 2 in two pieces, the first one exact in few bits.
+    /// ln 2 as the sum of two numbers. The first one is exact with few bits.
     const LN_2: [f32; 2] = [0.693_359_4, -2.121_944_4e-4];
     let x = if x < -87.0 { -87.0 } else { x };
     let shifted = x.mul_add(std::f32::consts::LOG2_E, ROUND);
     let n = shifted - ROUND;
     let r = n.mul_add(-LN_2[1], n.mul_add(-LN_2[0], x));
-    // Taylor's series to r⁷; |r| is at most ln(2)/2.
+    // The Taylor series up to r⁷. |r| is at most ln(2)/2.
     let series: f32 = 1.0 / 5040.0;
     let series = series.mul_add(r, 1.0 / 720.0);
     let series = series.mul_add(r, 1.0 / 120.0);

@@ -1,11 +1,11 @@
-//! Normalizes rows (layer normalization, Ba et al., 2016), in one pass each way.
+//! Normalizes rows (layer normalization, Ba et al., 2016), in one forward and one backward pass.
 
 use super::lanes::lane_sum;
 use super::tile::{CHUNK, Kernel, extend_zeroed, vectorised};
 use super::{Flexible, flexible, record, slice, tensor_of};
 use burn::tensor::Tensor;
 
-/// Brings each row to mean 0 and variance 1, then scales and shifts it by channel.
+/// Normalizes each row to mean 0 and variance 1, then scales and shifts each channel.
 ///
 /// Returns `None` if a tensor is not of the flex backend.
 ///
@@ -92,7 +92,7 @@ pub(super) fn normalize_rows(x: &[f32], scale: &[f32], shift: &[f32], epsilon: f
     }
 }
 
-/// What the backward of a norm reads, and the sums that it adds to. Each slice has one number per channel.
+/// The inputs of the backward pass of a norm, and the sums to which it adds. Each slice has one number per channel.
 pub(super) struct Pullback<'a> {
     pub(super) scale: &'a [f32],
     pub(super) epsilon: f32,
@@ -103,7 +103,7 @@ pub(super) struct Pullback<'a> {
 }
 
 impl Pullback<'_> {
-    /// Writes the gradients by the rows `x`, from those by the normalized rows.
+    /// Writes the gradients with respect to the rows `x`, from those with respect to the normalized rows.
     ///
     /// # Shapes
     /// - x, g and by_row: `[row, channel]`
@@ -123,7 +123,7 @@ impl Pullback<'_> {
     }
 }
 
-/// The backward of all rows at once.
+/// The backward pass of all rows at once.
 ///
 /// # Shapes
 /// - x, g and by_row: `[token, channel]`
@@ -145,7 +145,7 @@ impl Kernel for AllRows<'_> {
     }
 }
 
-/// Writes the row with mean 0 and variance 1, and returns what it was multiplied by.
+/// Writes the row with mean 0 and variance 1, and returns the factor by which it was multiplied.
 #[inline(always)]
 fn normalize(x: &[f32], unit: &mut [f32], epsilon: f32) -> f32 {
     let share = 1.0 / x.len() as f32;
@@ -158,7 +158,7 @@ fn normalize(x: &[f32], unit: &mut [f32], epsilon: f32) -> f32 {
     inverse
 }
 
-/// The gradient by the row: the scaled gradient less its mean and its component along the normalized row.
+/// The gradient with respect to the row: the scaled gradient minus its mean and its component along the normalized row.
 #[inline(always)]
 fn pull_back(g: &[f32], scale: &[f32], unit: &[f32], inverse: f32, by_row: &mut [f32]) {
     for ((d, g), scale) in by_row.iter_mut().zip(g).zip(scale) {

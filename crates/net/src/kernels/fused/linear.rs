@@ -43,7 +43,7 @@ pub(crate) fn linear(
     )
 }
 
-/// The bias, or a vector of no numbers on the same device.
+/// The bias, or an empty vector on the same device.
 pub(super) fn bias_or_empty(bias: Option<&Tensor<1>>, rows: &Tensor<2>) -> Option<Flexible> {
     match bias {
         Some(bias) => flexible(bias),
@@ -58,7 +58,7 @@ struct LinearShape {
 }
 
 impl LinearShape {
-    /// Gradients by rows, weight and bias. A gradient that nobody asked for stays empty.
+    /// Gradients with respect to rows, weight and bias. A gradient that is not needed is empty.
     ///
     /// # Shapes
     /// - x: `[token, in]`

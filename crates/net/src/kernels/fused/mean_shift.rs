@@ -1,9 +1,9 @@
 //! Computes one step of mean shift for unit rows, without a matrix of all pairs.
 //!
-//! Each row moves to the mean of all rows, weighted by how near they are: a_ij = m_j · exp(κ (e_i·e_j − 1)), where m_j
-//! is the multiplicity of row j. The result is scaled to length 1. This is the mean shift of Cheng (1995) with the von
-//! Mises–Fisher kernel. It is computed like attention: 96 rows at a time, so that memory grows with the number of rows and not
-//! with its square. Each sum runs over the rows in their order, so the number of threads does not reach the result.
+//! Each row moves to the mean of all rows, weighted by their similarity: a_ij = m_j · exp(κ (e_i·e_j − 1)), where m_j is the
+//! multiplicity of row j. The result is scaled to length 1. This is the mean shift of Cheng (1995) with the von Mises–Fisher
+//! kernel. It is computed like attention, 96 rows at a time, so memory grows with the number of rows and not with its square.
+//! Each sum runs over the rows in their order, so the result does not depend on the number of threads.
 
 use super::attention::exponentials;
 use super::lanes::lane_sum;
@@ -11,7 +11,7 @@ use super::linear::multiply;
 use super::tile::{Kernel, Panels, ROWS, vectorised};
 use rayon::prelude::*;
 
-/// Rows whose similarities to all rows are held at once.
+/// Number of rows whose similarities to all rows are in memory at once.
 const BLOCK: usize = 16 * ROWS;
 
 /// The rows after one step.
@@ -83,7 +83,7 @@ impl Kernel for Shift<'_> {
 
         for row in self.shifted.chunks_exact_mut(dim) {
             let length = lane_sum(row, row, |x, y| x * y).sqrt();
-            // A row of zeros is the mean of rows that cancel each other; it stays.
+            // A row of zeros is the mean of rows that cancel each other. It does not change.
             let inverse = if length > 0.0 { 1.0 / length } else { 0.0 };
             row.iter_mut().for_each(|x| *x *= inverse);
         }

@@ -1,7 +1,7 @@
 //! Computes the perceptron of a block as one operation: layer norm, linear map, GELU, linear map.
 //!
-//! Rows go through in chunks that stay in the cache. What is between the two maps is four times as wide as the rows and
-//! is never written to memory: the backward computes it anew.
+//! Rows are processed in chunks that stay in the cache. The values between the two maps are four times as wide as the rows and
+//! are never written to memory. The backward pass computes them again.
 
 use super::gelu::normal_cdf;
 use super::layer_norm::{self, normalize_rows};
@@ -10,7 +10,7 @@ use super::tile::{CHUNK, Kernel, Panels, RowPairs, add_outer_products, extend_ze
 use super::{Flexible, flexible, record, slice, tensor_of};
 use burn::tensor::Tensor;
 
-/// Scale and shift of the norm, then weight and, if there is one, bias of the two maps.
+/// Scale and shift of the norm, then for each of the two maps the weight and the bias, if there is one.
 ///
 /// # Shapes
 /// - norm: `[in]` each
@@ -150,7 +150,7 @@ struct Pullback<'a> {
     /// Rows, scale, shift, and weight and bias of both maps.
     weights: [&'a [f32]; 7],
     g: &'a [f32],
-    /// The gradients by each of these.
+    /// The gradients with respect to each of these.
     found: &'a mut [Vec<f32>; 7],
 }
 
@@ -194,7 +194,7 @@ impl Kernel for Pullback<'_> {
     }
 }
 
-/// What is between the maps for some rows, and the gradients by it.
+/// Memory for the values between the maps for some rows, and for the gradients with respect to them.
 ///
 /// # Shapes
 /// - normed and by_normed: `[row, in]`
@@ -218,7 +218,7 @@ impl ChunkRoom<Vec<f32>> {
         }
     }
 
-    /// The room of the first `n` rows.
+    /// The memory of the first `n` rows.
     #[inline(always)]
     fn rows(&mut self, n: usize, dim: usize, width: usize) -> ChunkRoom<&mut [f32]> {
         ChunkRoom {
@@ -231,20 +231,20 @@ impl ChunkRoom<Vec<f32>> {
     }
 }
 
-/// The transposed maps, and the gradients by all weights, to which each chunk of rows adds its own.
+/// The transposed maps, and the gradients with respect to all weights. Each chunk of rows adds to these gradients.
 struct BackwardPass<'a> {
     layers: &'a Layers<'a>,
     hidden_back: Panels,
     out_back: Panels,
     norm: layer_norm::Pullback<'a>,
-    /// By the weight and the bias of the first map.
+    /// The gradients with respect to the weight and the bias of the first map.
     by_hidden_weights: [&'a mut Vec<f32>; 2],
-    /// By those of the second one.
+    /// The gradients with respect to the weight and the bias of the second map.
     by_out_weights: [&'a mut Vec<f32>; 2],
 }
 
 impl BackwardPass<'_> {
-    /// Writes the gradients by the rows `x`, from those by their output.
+    /// Writes the gradients with respect to the rows `x`, from those with respect to their output.
     ///
     /// # Shapes
     /// - x and by_x: `[row, in]`
@@ -294,7 +294,7 @@ impl BackwardPass<'_> {
     }
 }
 
-/// Writes GELU of `before`, and makes the gradients by it those by its argument.
+/// Writes GELU of `before`, and replaces the gradients with respect to its output by those with respect to its input.
 #[inline(always)]
 fn pull_back_gelu(before: &[f32], after: &mut [f32], by_hidden: &mut [f32]) {
     for ((after, by_hidden), &z) in after

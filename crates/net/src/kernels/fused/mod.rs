@@ -1,8 +1,8 @@
-//! Computes operations in one pass, with a backward of their own, for the flex backend.
+//! Computes operations in one pass, with their own backward passes, for the flex backend.
 //!
-//! If they are composed of burn's operations, a norm makes ten tensors, attention keeps its scores, and a convolution
-//! multiplies empty cells. The operations here avoid all of that. Each returns `None` if a tensor is not on the flex
-//! backend. The caller then composes the same function (`ops`), and the tests compare the two.
+//! If they are composed of burn's operations, a norm makes ten tensors, attention stores its scores, and a convolution multiplies
+//! empty cells. The operations here avoid all of that. Each returns `None` if a tensor is not on the flex backend. The caller
+//! then composes the same function (`ops`), and the tests compare the two.
 //!
 //! Sums run in a fixed order and in 16 lanes on every processor, so the result does not depend on its vector width.
 
@@ -81,7 +81,7 @@ impl Flexible {
     }
 }
 
-/// The numbers of a contiguous tensor. Every tensor of this crate holds f32; of any other the slice is empty.
+/// The numbers of a contiguous tensor. Every tensor of this crate contains f32. For any other tensor, the slice is empty.
 fn slice(tensor: &FlexTensor) -> &[f32] {
     tensor.as_slice::<f32>().unwrap_or_default()
 }
@@ -90,13 +90,13 @@ fn tensor_of<const D: usize>(values: Vec<f32>, dims: [usize; D]) -> FlexTensor {
     FlexTensor::from_data(TensorData::new(values, dims))
 }
 
-/// Takes the gradient of an output to those of its N inputs; one that is not wanted may be of any size.
+/// Computes the gradients of N inputs from the gradient of the output. A gradient that is not needed may have any size.
 type Pullback<const N: usize> =
     Arc<dyn Fn(&FlexTensor, [bool; N]) -> [FlexTensor; N] + Send + Sync>;
 
-/// Puts an output that was computed outside of burn into its graph, if there is one.
+/// Adds an output that was computed outside of burn to burn's graph, if there is one.
 ///
-/// Returns `None` if some inputs are tracked and others are not: they belong to different devices.
+/// Returns `None` if some inputs are tracked and others are not, because they then belong to different devices.
 fn record<const N: usize, const D: usize>(
     inputs: [Flexible; N],
     output: FlexTensor,
@@ -125,7 +125,7 @@ fn record<const N: usize, const D: usize>(
     Some(Tensor::from_primitive::<Tracked>(tracked))
 }
 
-/// The number 0 with this gradient by the rows. Returns `None` if they are not of the flex backend.
+/// The number 0, with this gradient with respect to the rows. Returns `None` if the rows are not of the flex backend.
 ///
 /// # Shapes
 /// - rows and gradient: `[token, channel]`
@@ -177,7 +177,7 @@ mod tests {
     use burn::tensor::{Device, Tensor, TensorData};
     use partprobe_carrier::{keyed_rng, unit_interval};
 
-    /// Random numbers, repeatable.
+    /// Random numbers that are the same in each run.
     pub(super) fn numbers(n: usize, key: &str) -> Vec<f32> {
         let rng = &mut keyed_rng(3, &[key]);
         (0..n)
@@ -244,7 +244,7 @@ mod tests {
         }
     }
 
-    /// Fused and composed must agree in values and gradients, with and without a graph.
+    /// Checks that fused and composed operations agree in values and gradients, with and without a graph.
     #[track_caller]
     pub(super) fn check<const N: usize>(
         inputs: &[Input; N],
@@ -266,7 +266,7 @@ mod tests {
                 .sum::<f64>()
                 .sqrt();
             let size: f64 = b.iter().map(|&y| f64::from(y).powi(2)).sum::<f64>().sqrt();
-            // The absolute part is for gradients that cancel out to nearly nothing.
+            // The absolute term is for gradients that nearly cancel.
             assert!(apart <= 3e-6 * size + 5e-7, "{at}: {apart:e} of {size:e}");
         }
     }

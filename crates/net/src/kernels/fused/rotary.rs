@@ -1,13 +1,14 @@
-//! Turns queries and keys by the positions of their tokens (rotary encoding, Su et al., 2021), in one pass each way.
+//! Rotates queries and keys by the positions of their tokens (rotary encoding, Su et al., 2021), in one forward and one backward
+//! pass.
 //!
-//! A pair of channels (u, v) and an angle θ give (u·cos θ − v·sin θ, v·cos θ + u·sin θ). The product of a query and a key
-//! then depends on the difference of their positions only. Values stay as they are.
+//! A pair of channels (u, v) and an angle θ give (u·cos θ − v·sin θ, v·cos θ + u·sin θ). The product of a query and a key then
+//! depends only on the difference of their positions. Values do not change.
 
 use super::{Flexible, flexible, record, slice, tensor_of};
 use crate::kernels::rotary_axes::{Pair, RotaryAxes};
 use burn::tensor::Tensor;
 
-/// Queries and keys turned, values as they are. Returns `None` if the tensors are not of the flex backend.
+/// Rotated queries and keys, and unchanged values. Returns `None` if the tensors are not of the flex backend.
 ///
 /// # Shapes
 /// - qkv and output: `[token, 3 × head × channel]`
@@ -52,7 +53,7 @@ pub(crate) fn rotary(
     )
 }
 
-/// Which coordinate a pair of channels turns by, and how fast.
+/// The coordinate by which a pair of channels is rotated, and its frequency.
 #[derive(Clone, Copy)]
 struct Turn {
     /// The index in the row-major matrix of coordinates.
@@ -73,7 +74,7 @@ impl Turns {
     fn new(coordinates: &[f32], n: usize, axes: RotaryAxes) -> Self {
         let pairs = axes.pairs();
         let of_pair = |at: &[f32], pair: &Pair| {
-            // In f64, so that the last bit does not depend on whose sine it is.
+            // The sine is computed in f64, so that the last bit of the result does not depend on the implementation of the sine.
             let (sin, cos) = (f64::from(at[pair.axis]) * f64::from(pair.frequency)).sin_cos();
             [cos as f32, sin as f32]
         };
@@ -89,8 +90,8 @@ impl Turns {
         }
     }
 
-    /// Visits each pair of channels of the queries, then of the keys: which turn it is, where in the row-major qkv its
-    /// channels are, and cosine and sine.
+    /// Visits each pair of channels of the queries, then of the keys, with its turn, the indices of its channels in the row-major
+    /// qkv, and cosine and sine.
     fn for_each(&self, mut visit: impl FnMut(Turn, [usize; 2], [f32; 2])) {
         let (width, head_dim) = (self.axes.width(), self.axes.head_dim);
         for token in 0..self.n {

@@ -5,7 +5,7 @@ use super::{Flexible, flexible, record, slice, tensor_of};
 use burn::tensor::Tensor;
 use std::sync::Arc;
 
-/// One row for each index. Returns `None` if the tensor is not of the flex backend.
+/// One row per index. Returns `None` if the tensor is not of the flex backend.
 ///
 /// # Shapes
 /// - rows: `[row, channel]`
@@ -37,7 +37,7 @@ pub(crate) fn gather(rows: &Tensor<2>, indices: &Arc<[u32]>) -> Option<Tensor<2>
     )
 }
 
-/// Adds each row to the one that its index names.
+/// Adds each row to the row with its index.
 ///
 /// # Shapes
 /// - rows: `[n, dim]`
@@ -64,7 +64,8 @@ impl Kernel for AddRows<'_> {
     }
 }
 
-/// The maximum over each group of `group` rows, channel by channel. Among equal rows the first gets the gradient.
+/// The maximum over each group of `group` rows, channel by channel. If several rows have the maximum, the first one gets the
+/// gradient.
 ///
 /// Returns `None` if the tensor is not of the flex backend.
 ///
@@ -102,7 +103,7 @@ pub(crate) fn cluster_max(rows: &Tensor<2>, members: &[u32], group: usize) -> Op
 /// # Shapes
 /// - x: `[token, dim]`
 /// - members: `[cluster, group]`
-/// - y and winners: `[cluster, dim]`; a winner is the token that has the maximum
+/// - y and winners: `[cluster, dim]`; a winner is the token with the maximum
 struct Maximum<'a> {
     x: &'a [f32],
     members: &'a [u32],

@@ -1,24 +1,23 @@
-//! Computes the two loops that all matrix products here are made of: a few rows times 16 columns, and a sum of outer
-//! products.
+//! Computes the two loops of which all matrix products here consist: a few rows times 16 columns, and a sum of outer products.
 //!
-//! The loops read slices and keep their sums in registers. Products and sums are fused and each element's sum runs in one order, so that a tile has
-//! the same bits on every processor.
+//! The loops read slices and keep their sums in registers. Products and sums are fused, and the sum of each element always runs
+//! in the same order, so a tile has the same bits on every processor.
 
 use super::lanes::LANES;
 use macerator::{AutoArch, Simd, WithSimd};
 
-/// Rows of a tile: with two vectors of eight columns each, as many sums as a processor has registers for.
+/// Number of rows of a tile. With two vectors of eight columns each, the sums fill the registers of a processor.
 pub(super) const ROWS: usize = 6;
-/// Rows that all steps of an operation are taken with before the next ones: they stay in the second-level cache.
+/// Number of rows that go through all steps of an operation before the next rows. They stay in the second-level cache.
 pub(super) const CHUNK: usize = 8 * ROWS;
-/// Pairs of rows whose outer products are summed in registers before the sum is added to memory: both factors, of
-/// any width here, stay in the first-level cache while all of their columns are taken.
+/// Number of pairs of rows whose outer products are summed in registers before the sum is added to memory. For all widths used
+/// here, both factors stay in the first-level cache while all of their columns are processed.
 pub(super) const OUTER_CHUNK: usize = 64;
 
-/// Sixteen numbers side by side.
+/// Sixteen consecutive numbers.
 pub(super) type Lane = [f32; LANES];
 
-/// Work that is compiled once for each kind of vector unit. `run` and all that it calls must be `#[inline(always)]`.
+/// Work that is compiled once for each kind of vector unit. `run` and all functions that it calls must be `#[inline(always)]`.
 pub(crate) trait Kernel {
     fn run(self);
 }
@@ -39,7 +38,7 @@ pub(crate) fn vectorised(kernel: impl Kernel) {
     AutoArch::new().dispatch(VectorizedKernel(kernel));
 }
 
-/// A matrix cut into panels of 16 columns, each stored row after row, the last one filled up with zeros.
+/// A matrix, divided into panels of 16 columns. Each panel is stored row by row. The last one is filled up with zeros.
 #[derive(Debug)]
 pub(super) struct Panels {
     depth: usize,
@@ -108,7 +107,7 @@ impl Panels {
         self.n_columns
     }
 
-    /// Each panel with the columns that it stands for.
+    /// Each panel with the range of its columns.
     #[inline(always)]
     pub(super) fn iter(&self) -> impl Iterator<Item = (std::ops::Range<usize>, &[Lane])> {
         let columns = (0..self.n_columns)
@@ -130,7 +129,7 @@ pub(super) fn tile<const R: usize>(
     panel: &[Lane],
     mut sums: [Lane; R],
 ) -> [Lane; R] {
-    // Loops instead of the array's own methods, which are not inlined, and rows of known length, which need no check.
+    // Loops are used because the array's own methods are not inlined, and rows of known length because they need no bounds check.
     for row in &mut rows {
         *row = &row[..panel.len()];
     }
@@ -146,7 +145,7 @@ pub(super) fn tile<const R: usize>(
     sums
 }
 
-/// Writes as many numbers as `target` has room for; a whole lane without a call.
+/// Writes as many numbers as fit into `target`. A whole lane is written without a function call.
 #[inline(always)]
 fn store(lane: &Lane, target: &mut [f32]) {
     match target.first_chunk_mut::<LANES>() {
@@ -176,7 +175,7 @@ pub(super) fn add(lane: &Lane, target: &mut [f32]) {
 
 /// Writes R rows of 16 sums to columns of R rows of `y`.
 ///
-/// The loops have constant bounds: with others, the sums would leave their registers for the stack first.
+/// The loops have constant bounds. Otherwise the sums would be moved from registers to the stack first.
 ///
 /// # Shapes
 /// - sums: `[R, 16]`
@@ -203,7 +202,7 @@ pub(super) fn store_tile<const R: usize>(
     }
 }
 
-/// Appends `n` zeros and returns them. Room that is cleared just before it is filled is still in the cache then.
+/// Appends `n` zeros and returns them. Memory that is cleared just before it is filled is still in the cache.
 #[inline(always)]
 pub(super) fn extend_zeroed(y: &mut Vec<f32>, n: usize) -> &mut [f32] {
     let start = y.len();
@@ -225,9 +224,10 @@ pub(super) fn rows_of<const R: usize>(x: &[f32], depth: usize) -> [&[f32]; R] {
     rows
 }
 
-/// Pairs of rows, of which the outer products are summed.
+/// Pairs of rows whose outer products are summed.
 ///
-/// An iterator would be called for each pair instead of being inlined, and the sums would leave their registers for the call.
+/// An iterator would be called for each pair instead of being inlined, and the sums would be moved out of their registers for the
+/// call.
 pub(super) trait Pairs: Copy {
     /// How many pairs there are.
     fn len(self) -> usize;
@@ -236,7 +236,7 @@ pub(super) trait Pairs: Copy {
     fn rows(&self, at: usize) -> (&[f32], &[f32]);
 }
 
-/// The rows of two matrices, side by side.
+/// Pairs of the rows of two matrices.
 ///
 /// # Shapes
 /// - a: `[row, width of a]`
@@ -261,7 +261,8 @@ impl Pairs for RowPairs<'_> {
     }
 }
 
-/// The sum of the outer products of R numbers from `row` on and 16 numbers from `column` on. Shorter rows are a mistake of the caller.
+/// The sum of the outer products of R numbers beginning at `row` and 16 numbers beginning at `column`. The rows must be long
+/// enough.
 ///
 /// # Shapes
 /// - output: `[R, 16]`
@@ -366,7 +367,7 @@ mod tests {
         }
     }
 
-    /// The path of a processor without vectors of this width is the same code without their instructions.
+    /// On a processor without vectors of this width, the same code runs without their instructions.
     #[test]
     fn every_vector_unit_gives_the_same_bits() {
         for (n, depth, n_columns) in [(1, 1, 1), (7, 5, 16), (40, 33, 50)] {

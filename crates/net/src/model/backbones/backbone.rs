@@ -1,4 +1,4 @@
-//! Defines what a backbone is: its settings, its input, and the network from one to the other.
+//! Defines the interface of a backbone: its settings, its input and its network.
 
 use super::stages::Stages;
 use crate::config::ConfigError;
@@ -10,10 +10,10 @@ use burn::module::Module;
 use burn::tensor::{Device, Tensor, TensorData};
 use partprobe_carrier::Rng;
 
-/// Input channels of a token: position and normal.
+/// Number of input channels of a token: position and normal.
 pub(crate) const N_FEATURES: usize = 6;
 
-/// The settings of a backbone in `[net.backbone]`: what they say without a network.
+/// The settings of a backbone in `[net.backbone]`, with functions that need no network.
 pub(crate) trait BackboneSettings: Sized {
     /// Refuses settings that no network can have.
     ///
@@ -32,12 +32,13 @@ pub(crate) trait BackboneSettings: Sized {
         false
     }
 
-    /// The space-filling curves of each level at test time; empty if the backbone has none.
+    /// The space-filling curves of each level at test time. The list is empty if the backbone uses none.
     fn test_orders(&self) -> CurveOrders {
         CurveOrders::new()
     }
 
-    /// The curves of each level for one training step. It draws as many numbers for any settings of the backbone.
+    /// The curves of each level for one training step. It draws the same number of random numbers for any settings of the
+    /// backbone.
     fn training_orders(&self, _rng: &mut Rng) -> CurveOrders {
         CurveOrders::new()
     }
@@ -47,7 +48,7 @@ pub(crate) trait BackboneSettings: Sized {
 pub(crate) trait Backbone: Module + Sized {
     /// The settings in `[net.backbone]`.
     type Config: BackboneSettings;
-    /// One shape as numbers, without tensors, so that a loader thread can prepare it.
+    /// One shape as numbers without tensors, so that a loader thread can prepare it.
     type Input;
 
     /// Turns the tokens of one shape into the input of the network.
@@ -56,7 +57,8 @@ pub(crate) trait Backbone: Module + Sized {
     /// The network with the initial values that `init` draws.
     fn new(init: &Initializer, config: &Self::Config) -> Self;
 
-    /// Takes shapes through the network together. Only batch norms make a shape depend on the others.
+    /// Passes shapes through the network together. The result of a shape depends on the other shapes only if there are batch
+    /// norms.
     ///
     /// # Shapes
     /// - output: `[token, output_width]`, the tokens of the first shape first

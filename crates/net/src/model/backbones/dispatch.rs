@@ -1,4 +1,4 @@
-//! Generates the code that is the same for every backbone: three enums over the list, and one match per question.
+//! Generates the code that is the same for every backbone: three enums over the list, and one match per function.
 //!
 //! The macro is called once, in the parent module, with the list of backbones.
 
@@ -10,7 +10,7 @@ macro_rules! backbones {
             pub use $module::$config;
         )+
 
-        /// The choice of a backbone; in TOML a table with the key `type`.
+        /// The choice of a backbone. In TOML it is a table with the key `type`.
         #[derive(Clone, Debug, PartialEq, ::serde::Deserialize, ::serde::Serialize)]
         #[serde(tag = "type", deny_unknown_fields)]
         pub enum BackboneConfig {
@@ -62,7 +62,7 @@ macro_rules! backbones {
                 }
             }
 
-            /// The named sizes of this kind of backbone, from the smallest; other settings are those of `self`.
+            /// The named sizes of this kind of backbone, beginning with the smallest. The other settings are those of `self`.
             #[must_use]
             pub fn named_sizes(&self) -> Vec<(&'static str, Self)> {
                 match self {
@@ -113,7 +113,7 @@ macro_rules! backbones {
                 }
             }
 
-            /// Takes the shapes through the network. All inputs are of its own kind.
+            /// Passes the shapes through the network. All inputs must be of its own kind.
             pub(crate) fn forward(
                 &self,
                 shapes: &[&ShapeInput],

@@ -1,5 +1,5 @@
-//! Computes what a hierarchical backbone needs to know about one shape: features, the levels of tokens and, for a stem with
-//! a convolution, the cells around each token. The shapes of a batch are joined here.
+//! Computes the input of a hierarchical backbone for one shape: features, the levels of tokens and, for a stem with a
+//! convolution, the cells around each token. The shapes of a batch are joined here.
 
 use super::backbone::{N_FEATURES, features, matrix};
 use super::stem::stem_neighbors;
@@ -17,7 +17,7 @@ pub(crate) struct LeveledTokens {
     hierarchy: Hierarchy,
 }
 
-/// The shapes of a batch as one, on a device.
+/// The joined shapes of a batch, on a device.
 pub(crate) struct LeveledBatch {
     /// `[token, 6]`
     pub(crate) features: Tensor<2>,

@@ -1,7 +1,8 @@
-//! Builds LitePT (Yue et al., CVPR 2026, arXiv 2512.13689): tokens and their hierarchy become one row of features per token.
+//! Builds LitePT (Yue et al., CVPR 2026, arXiv 2512.13689): tokens and their hierarchy go in, and one row of features per token
+//! comes out.
 //!
-//! The fine levels have convolutions and no attention, the coarse ones attention and no convolution. Attention knows the
-//! positions of tokens by rotary encoding along the axes of the grid. The decoder unpools and has no blocks.
+//! The fine levels have convolutions and no attention. The coarse levels have attention and no convolution. Attention gets the
+//! positions of tokens by rotary encoding along the axes of the grid. The decoder only unpools and has no blocks.
 
 use super::backbone::{Backbone, BackboneSettings, N_FEATURES};
 use super::leveled_tokens::SurroundedTokens;
@@ -21,14 +22,14 @@ use burn::module::Module;
 use burn::tensor::{Device, Tensor};
 use serde::{Deserialize, Serialize};
 
-/// Channels of an attention head: three pairs for each axis.
+/// Channels of an attention head: three pairs per axis.
 const HEAD_DIM: usize = 18;
 
 /// The named sizes of `LitePT`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum LiteptPreset {
-    /// Three stages: trains on a CPU.
+    /// Three stages. It can be trained on a CPU.
     #[default]
     Micro,
     /// Four stages.
@@ -70,7 +71,7 @@ impl SizePreset for LiteptPreset {
 }
 
 impl LiteptPreset {
-    /// How many of the finest stages have convolutions. The others have attention.
+    /// The number of finest stages that have convolutions. The other stages have attention.
     fn n_convolution_stages(self) -> usize {
         match self {
             Self::Micro | Self::Tiny => 2,
@@ -87,11 +88,11 @@ pub type LiteptConfig = SerializedConfig<LiteptPreset>;
 pub(crate) struct Litept {
     stem: Stem,
     encoder: Vec<EncoderStage<LiteptBlock>>,
-    /// From the coarsest stage down.
+    /// The stages from the coarsest to the finest.
     decoder: Vec<DecoderStage<LiteptBlock>>,
 }
 
-/// A block: a convolution that is added to what came in, or a norm, then attention and a perceptron.
+/// A block: either a convolution that is added to the input or a norm, then attention and a perceptron.
 #[derive(Module, Debug)]
 pub(crate) struct LiteptBlock {
     xcpe: Option<Xcpe>,

@@ -1,8 +1,8 @@
 //! Lists the backbones, once.
 //!
-//! A backbone turns the tokens of a shape into one row of features per token. To add one, write a file here with
-//! `impl Backbone`, and add its `mod` line and one line to the list below. The list makes the config table
-//! `[net.backbone]`, the network and its inputs. No other code names a backbone.
+//! A backbone turns the tokens of a shape into one row of features per token. To add one, write a file here with `impl Backbone`,
+//! and add its `mod` line and one line to the list below. The config table `[net.backbone]`, the network and its inputs are
+//! generated from the list. No other code names a backbone.
 
 pub(crate) mod backbone;
 mod dispatch;

@@ -19,7 +19,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct PointnetConfig {
-    /// Widths of the layers before the maximum; the last one is the length of the global feature.
+    /// Widths of the layers before the maximum. The last one is the length of the global feature.
     pub widths: Vec<usize>,
 }
 

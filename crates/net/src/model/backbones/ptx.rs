@@ -1,9 +1,9 @@
 //! Builds `PointTransformerX` (Reichardt, Ebert and Wasenmüller, CVPR workshops 2026, arXiv 2604.24169): tokens and their
 //! hierarchy become one row of features per token, without any convolution.
 //!
-//! It has the stages of PTv3. A linear map is its stem, blocks have attention with rotary positions along learned axes, and a
-//! perceptron with the square of ReLU whose hidden layer is twice as wide as the block. The paper does not say how channels
-//! are shared out to the axes, nor how fast they turn: that is as in LitePT.
+//! It has the stages of PTv3. Its stem is a linear map. Blocks have attention with rotary positions along learned axes, and a
+//! perceptron with the square of ReLU whose hidden layer is twice as wide as the block. The paper does not describe how channels
+//! are divided among the axes, or with which frequencies they are rotated. These are as in LitePT.
 
 use super::backbone::{Backbone, BackboneSettings, N_FEATURES};
 use super::leveled_tokens::LeveledTokens;
@@ -22,7 +22,7 @@ use burn::tensor::{Device, Tensor, activation};
 
 /// Channels of an attention head.
 const HEAD_DIM: usize = 16;
-/// Width of the hidden layer of a block's perceptron, in widths of the block.
+/// Width of the hidden layer of a block's perceptron, as a multiple of the width of the block.
 const MLP_RATIO: usize = 2;
 
 /// The settings of `PointTransformerX`, which has the sizes of PTv3.
@@ -33,11 +33,11 @@ pub type PtxConfig = SerializedConfig<Preset>;
 pub(crate) struct Ptx {
     stem: Projection,
     encoder: Vec<EncoderStage<PtxBlock>>,
-    /// From the coarsest stage down.
+    /// The stages from the coarsest to the finest.
     decoder: Vec<DecoderStage<PtxBlock>>,
 }
 
-/// A block: attention and a perceptron, each added to what came in.
+/// A block: attention and a perceptron. The output of each is added to its input.
 #[derive(Module, Debug)]
 pub(crate) struct PtxBlock {
     attention: RotaryAttention,
@@ -47,7 +47,7 @@ pub(crate) struct PtxBlock {
     drop_path: f64,
 }
 
-/// A perceptron with one hidden layer and the square of ReLU, behind a norm.
+/// A norm, followed by a perceptron with one hidden layer and the square of ReLU.
 #[derive(Module, Debug)]
 pub(crate) struct SquaredMlp {
     norm: LayerNorm,

@@ -1,4 +1,5 @@
-//! Computes attention among the tokens of a patch that knows the positions of the tokens by turning queries and keys.
+//! Computes attention among the tokens of a patch. Queries and keys are rotated, so attention depends on the positions of the
+//! tokens.
 
 use super::ptv3::block::mixed_by_patch;
 use crate::data::level_rows::LevelRows;
@@ -9,18 +10,18 @@ use crate::model::parameters::Initializer;
 use burn::module::{Module, Param};
 use burn::tensor::{Tensor, TensorData};
 
-/// How many times slower the slowest channels turn, about: LitePT's number.
+/// The approximate ratio of the highest to the lowest frequency, as in LitePT.
 const BASE: f32 = 100.0;
 
-/// Attention with rotary positions, behind a norm.
+/// A norm, followed by attention with rotary positions.
 #[derive(Module, Debug)]
 pub(crate) struct RotaryAttention {
     norm: LayerNorm,
     qkv: Linear,
     out: Linear,
-    /// The axes of each head, if they are learned; else those of the grid.
+    /// The axes of each head if they are learned. Otherwise the axes of the grid are used.
     axes: Option<HeadAxes>,
-    /// Which curve of the level the patches follow, modulo the number of curves.
+    /// The index of the curve that the patches follow, modulo the number of curves of the level.
     #[module(skip)]
     index: usize,
     #[module(skip)]
@@ -29,17 +30,17 @@ pub(crate) struct RotaryAttention {
     head_dim: usize,
 }
 
-/// The axes by which the channels of a head turn.
+/// The axes of the rotary encoding of a head.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Axes {
-    /// Those of the grid.
+    /// The axes of the grid.
     Grid,
-    /// Three perpendicular directions for each head, which training turns.
+    /// Three perpendicular directions per head, which training changes.
     Learned,
 }
 
 impl RotaryAttention {
-    /// `index` is that of the block in its stage; `width` is a multiple of `head_dim`.
+    /// `index` is that of the block in its stage. `width` must be a multiple of `head_dim`.
     pub(crate) fn new(
         init: &Initializer,
         name: &str,
@@ -83,13 +84,13 @@ impl RotaryAttention {
     }
 }
 
-/// Three perpendicular directions for each head, made of two vectors by Gram and Schmidt: the axes of
-/// `PointTransformerX` (Reichardt, Ebert and Wasenmüller, arXiv 2604.24169).
+/// Three perpendicular directions per head, made of two vectors by the Gram–Schmidt method: the axes of `PointTransformerX`
+/// (Reichardt, Ebert and Wasenmüller, arXiv 2604.24169).
 #[derive(Module, Debug)]
 pub(crate) struct HeadAxes {
-    /// `[head, 3]`: the first axis is along this.
+    /// `[head, 3]`: the first axis has this direction.
     along: Param<Tensor<2>>,
-    /// `[head, 3]`: the second axis is in the plane of this and the first one.
+    /// `[head, 3]`: the second axis is in the plane of this vector and the first axis.
     beside: Param<Tensor<2>>,
 }
 
@@ -101,8 +102,8 @@ impl HeadAxes {
         }
     }
 
-    /// The position of each token along the axes of each head. Head h begins with its axis h modulo 3, so that no axis
-    /// always gets the most channels.
+    /// The position of each token along the axes of each head. Head h begins with its axis h modulo 3, so no axis always gets the
+    /// most channels.
     ///
     /// # Shapes
     /// - cells: `[token, 3]`

@@ -1,4 +1,4 @@
-//! Defines the settings that every backbone with serialized attention has: patches, curves, and paths that training drops.
+//! Defines the settings that every backbone with serialized attention has: patches, curves, and the probability of dropped paths.
 
 use super::backbone::BackboneSettings;
 use super::stages::Stages;
@@ -9,12 +9,12 @@ use crate::model::layers::NormKind;
 use partprobe_carrier::Rng;
 use serde::{Deserialize, Serialize};
 
-/// The settings of a config, as far as they serialize shapes.
+/// The settings of a config that concern the serialization of shapes.
 #[derive(Clone, Copy)]
 pub(crate) struct Serialization<'a> {
-    /// How many levels of tokens there are.
+    /// The number of levels of tokens.
     pub(crate) n_levels: usize,
-    /// Tokens in a patch.
+    /// Number of tokens in a patch.
     pub(crate) patch: usize,
     /// The curves, in the order in which the blocks of a stage take turns.
     pub(crate) orders: &'a [Curve],
@@ -55,7 +55,7 @@ impl Serialization<'_> {
 
     /// The curves of each level for one training step.
     pub(crate) fn training_orders(self, rng: &mut Rng) -> CurveOrders {
-        // Drawn in any case, so that the switch changes no other random number.
+        // The curves are drawn in any case, so that this setting does not change other random numbers.
         let shuffled = shuffled_orders(self.n_levels, self.orders, rng);
         if self.shuffle_orders {
             shuffled
@@ -65,9 +65,9 @@ impl Serialization<'_> {
     }
 }
 
-/// The named sizes of a backbone; the default is the smallest one.
+/// The named sizes of a backbone. The default is the smallest one.
 pub trait SizePreset: Copy + Default + 'static {
-    /// Every size, from the smallest up.
+    /// Every size, beginning with the smallest.
     const SIZES: &'static [Self];
 
     /// The name that a config file uses.
@@ -77,27 +77,27 @@ pub trait SizePreset: Copy + Default + 'static {
     fn size_stages(self) -> Stages;
 }
 
-/// The settings of a backbone with serialized attention and no switches of its own.
+/// The settings of a backbone with serialized attention and without further settings.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, default)]
 #[serde(bound(deserialize = "P: SizePreset + Deserialize<'de>"))]
 pub struct SerializedConfig<P> {
     /// Depths and widths of the stages.
     pub preset: P,
-    /// Tokens in a patch of the serialized attention.
+    /// Number of tokens in a patch of the serialized attention.
     pub patch: usize,
     /// The norm of stem, pooling and unpooling; blocks always have LayerNorm.
     pub norm: NormKind,
-    /// Highest probability with which training leaves out a branch of a block, drawn for each point.
+    /// Highest probability with which training leaves out a branch of a block. It is drawn for each token.
     pub drop_path: f64,
     /// The curves that serialize a shape, in the order in which the blocks of a stage take turns.
     pub orders: Vec<Curve>,
-    /// Whether training shuffles the curves on each level, anew for each shape and step.
+    /// Whether training shuffles the curves on each level, independently for each shape and step.
     pub shuffle_orders: bool,
 }
 
 impl<P: SizePreset> Default for SerializedConfig<P> {
-    /// The smallest size, on all curves.
+    /// The smallest size, with all curves.
     fn default() -> Self {
         Self {
             preset: P::default(),

@@ -3,18 +3,19 @@
 /// Depths and widths of the stages of a backbone.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Stages {
-    /// Blocks of each stage of the encoder, from the finest one up.
+    /// Number of blocks of each stage of the encoder, beginning with the finest stage.
     pub encoder_depths: Vec<usize>,
     /// Channels of each stage of the encoder.
     pub encoder_widths: Vec<usize>,
-    /// Blocks of each stage of the decoder, from the finest one up; one stage fewer than the encoder has.
+    /// Number of blocks of each stage of the decoder, beginning with the finest stage. The decoder has one stage fewer than the
+    /// encoder.
     pub decoder_depths: Vec<usize>,
     /// Channels of each stage of the decoder.
     pub decoder_widths: Vec<usize>,
 }
 
 impl Stages {
-    /// Stages of the encoder; a hierarchical backbone has one level of tokens for each of them.
+    /// The number of stages of the encoder. A hierarchical backbone has one level of tokens per stage.
     #[must_use]
     pub fn n_levels(&self) -> usize {
         self.encoder_widths.len()

@@ -1,4 +1,4 @@
-//! Computes the first layer of a backbone with convolutions: what a token learns of the cells around it.
+//! Computes the first layer of a backbone with convolutions. It gives each token information about the cells around it.
 
 use crate::data::neighbor_table::neighbor_table;
 use crate::data::neighbors::Neighbors;
@@ -10,7 +10,7 @@ use crate::model::parameters::Initializer;
 use burn::module::Module;
 use burn::tensor::Tensor;
 
-/// Cells in the neighborhood of the stem.
+/// Number of cells in the neighborhood of the stem.
 pub(crate) const STEM_VOLUME: usize = 125;
 
 /// A 5³ submanifold convolution of the input features, its norm and GELU.

@@ -1,5 +1,5 @@
-//! Computes the stages that all hierarchical backbones share: pooling and blocks on the way up, unpooling with a skip and
-//! blocks on the way down. What a block is, the backbone says.
+//! Computes the stages that all hierarchical backbones share: pooling and blocks in the encoder, and unpooling with a skip and
+//! blocks in the decoder. The backbone defines the blocks.
 
 use super::stages::Stages;
 use crate::data::level_rows::LevelRows;
@@ -16,8 +16,8 @@ pub(crate) trait StageBlock: Module {
     /// - rows and output: `[token, width]`
     fn forward(&self, rows: Tensor<2>, level: &LevelRows, mode: &mut ForwardMode) -> Tensor<2>;
 
-    /// The same for the first block behind an unpooling, which may look at the skip by itself: `rows` is the sum of the skip
-    /// and of the level above.
+    /// The same for the first block after an unpooling, which may also use the skip alone. `rows` is the sum of the skip and the
+    /// level above.
     ///
     /// # Shapes
     /// - rows, skip and output: `[token, width]`
@@ -32,7 +32,7 @@ pub(crate) trait StageBlock: Module {
     }
 }
 
-/// What distinguishes the blocks of a network from each other.
+/// The settings in which the blocks of a network differ.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct BlockSettings {
     /// The stage, counted from the finest one.
@@ -53,7 +53,7 @@ pub(crate) struct UNetSettings<'a> {
     pub(crate) drop_path: f64,
 }
 
-/// Pooling, but on the finest level, and blocks.
+/// Pooling and blocks. The finest level has no pooling.
 #[derive(Module, Debug)]
 pub(crate) struct EncoderStage<B: StageBlock> {
     pool: Option<Projection>,
@@ -69,7 +69,7 @@ pub(crate) struct DecoderStage<B: StageBlock> {
 }
 
 impl<B: StageBlock> EncoderStage<B> {
-    /// The stages from the finest up. `block` makes the block of a name.
+    /// The stages from the finest to the coarsest. `block` makes a block with a name and settings.
     pub(crate) fn all(
         init: &Initializer,
         settings: UNetSettings<'_>,
@@ -100,7 +100,7 @@ impl<B: StageBlock> EncoderStage<B> {
             .collect()
     }
 
-    /// Merges the rows of the level below into those of this one.
+    /// Merges the rows of the level below into those of this level.
     pub(crate) fn pool(
         &self,
         rows: Tensor<2>,
@@ -117,14 +117,14 @@ impl<B: StageBlock> EncoderStage<B> {
 }
 
 impl<B: StageBlock> DecoderStage<B> {
-    /// The stages from the coarsest down. `block` makes the block of a name.
+    /// The stages from the coarsest to the finest. `block` makes a block with a name and settings.
     pub(crate) fn all(
         init: &Initializer,
         settings: UNetSettings<'_>,
         block: impl Fn(&str, BlockSettings) -> B,
     ) -> Vec<Self> {
         let stages = settings.stages;
-        // The deepest block leaves out most, as at the end of the encoder.
+        // The deepest block has the highest probability, as at the end of the encoder.
         let mut rates = ramp(settings.drop_path, stages.decoder_depths.iter().sum())
             .into_iter()
             .rev();
@@ -157,8 +157,8 @@ impl<B: StageBlock> DecoderStage<B> {
             .collect()
     }
 
-    /// Adds the rows of the level above, each to all tokens of its cluster, to those that the encoder left on this level,
-    /// and takes them through the blocks.
+    /// Adds the rows of the level above, each for all tokens of its cluster, to the rows of the encoder on this level. Then the
+    /// sum passes through the blocks.
     pub(crate) fn forward(
         &self,
         rows: Tensor<2>,
@@ -183,7 +183,7 @@ impl<B: StageBlock> DecoderStage<B> {
 /// Up through the encoder and down through the decoder, with a skip on each level.
 ///
 /// # Shapes
-/// - rows: what the stem gives, `[token, width]`
+/// - rows: the output of the stem, `[token, width]`
 /// - levels: as many as there are stages of the encoder
 /// - output: `[token, output_width]`
 pub(crate) fn forward<B: StageBlock>(
@@ -220,7 +220,7 @@ fn through<B: StageBlock>(
         .fold(rows, |rows, block| block.forward(rows, level, mode))
 }
 
-/// Evenly spaced from 0 to `highest`; a single value is 0.
+/// `n` evenly spaced numbers from 0 to `highest`. A single number is 0.
 fn ramp(highest: f64, n: usize) -> Vec<f64> {
     (0..n)
         .map(|idx| highest * idx as f64 / n.saturating_sub(1).max(1) as f64)

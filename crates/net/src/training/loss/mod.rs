@@ -1,29 +1,30 @@
-//! Computes the cosine discriminative loss `cosdisc` of one shape, and its gradient by the embeddings.
+//! Computes the cosine discriminative loss `cosdisc` of one shape, and its gradient with respect to the embeddings.
 //!
-//! Pull and push are those of the discriminative loss (De Brabandere et al., 2017), with cosines instead of distances, as
-//! on the sphere of Kong and Fowlkes (CVPR 2018).
+//! Pull and push are those of the discriminative loss (De Brabandere et al., 2017), with cosines instead of distances, on the
+//! unit sphere as in Kong and Fowlkes (CVPR 2018).
 //!
 //! With e_i = z_i/‖z_i‖, S_k = Σ_{i∈k} e_i over the n_k tokens of part k, and c_k = S_k/‖S_k‖:
 //! - pull: (1/K) Σ_k (1/n_k) Σ_{i∈k} [(1 − m_v) − e_i·c_k]₊
 //! - push: 2/(K(K−1)) Σ_{a<b} [c_a·c_b − m_d]₊
 //! - prototype cross-entropy: (1/K) Σ_k (1/n_k) Σ_{i∈k} −log softmax_k(e_i·c/τ)
 //!
-//! `pull = "chord"` puts [√(2 − 2 e_i·c_k) − m_v]₊ for the bracket of the pull; `hinge = "squared"` squares the brackets; `weight = "point"` puts 1/Σn_k where 1/(K·n_k) stands.
+//! `pull = "chord"` replaces the bracket of the pull by [√(2 − 2 e_i·c_k) − m_v]₊. `hinge = "squared"` squares the brackets.
+//! `weight = "point"` replaces 1/(K·n_k) by 1/Σn_k. stands.
 //!
-//! Sums are f64 and the backward is written by hand; no tensor library takes part.
-//! A shape with fewer than two labeled parts has no loss: with one part there is only pull, and all would collapse.
+//! Sums are f64, and the backward pass is written by hand without a tensor library. A shape with fewer than two labeled parts has
+//! no loss, because with one part there is only pull, and all embeddings would collapse.
 
 use crate::config::{Hinge, LossConfig, LossWeight, Pull};
 use crate::kernels::fused::{Kernel, vectorised};
 
-/// Below this length an un-normalized embedding counts as this long.
+/// An embedding before normalization counts as at least this long.
 const MIN_NORM: f64 = 1e-6;
-/// A chord counts as at least this long where the slope is divided by it.
+/// A chord counts as at least this long when the slope is divided by it.
 const MIN_CHORD: f64 = 1e-6;
-/// A part whose embeddings cancel out to less than this share of their count has no direction of its own.
+/// If the sum of a part's embeddings is shorter than this fraction of their count, the part has no direction.
 const MIN_CONCENTRATION: f64 = 1e-4;
 
-/// The loss and the terms that it is made of.
+/// The loss and its terms.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LossTerms {
     /// The weighted sum of the terms.
@@ -37,7 +38,7 @@ pub struct LossTerms {
 }
 
 impl LossTerms {
-    /// Term by term the mean over several shapes; 0 if there are none.
+    /// The mean over several shapes, term by term. It is 0 if there are no shapes.
     pub(crate) fn mean(all: &[Self]) -> Self {
         let mean =
             |term: fn(&Self) -> f64| all.iter().map(term).sum::<f64>() / all.len().max(1) as f64;
@@ -50,11 +51,11 @@ impl LossTerms {
     }
 }
 
-/// The loss of one shape, and what to do about it.
+/// The loss of one shape, and its gradient.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Loss {
     pub(crate) terms: LossTerms,
-    /// ∂total/∂z, row after row.
+    /// ∂total/∂z, row by row.
     pub(crate) gradient: Vec<f64>,
 }
 
@@ -63,7 +64,7 @@ struct Parts {
     dim: usize,
     /// Unit embeddings of the labeled tokens.
     unit: Vec<f64>,
-    /// Lengths of the embeddings before.
+    /// Lengths of the embeddings before normalization.
     norm: Vec<f64>,
     /// Part of each labeled token.
     part: Vec<usize>,
@@ -73,17 +74,17 @@ struct Parts {
     size: Vec<f64>,
 }
 
-/// The direction of each part, and how the sum that it comes from may move it.
+/// The direction of each part, and the factor of its gradient with respect to the sum of its embeddings.
 struct Centers {
-    /// Unit vectors, row after row.
+    /// Unit vectors, row by row.
     unit: Vec<f64>,
-    /// 1/‖S_k‖; 0 where the center is a stand-in that no gradient goes through.
+    /// 1/‖S_k‖, or 0 if the center is only a substitute, through which no gradient passes.
     inverse_norm: Vec<f64>,
 }
 
-/// The loss of embeddings `z` (rows of `dim`, not normalized) with one label a row; negative labels take no part.
+/// The loss of embeddings `z` (rows of `dim`, not normalized) with one label per row. Negative labels are ignored.
 ///
-/// None if fewer than two parts occur.
+/// Returns `None` if fewer than two parts occur.
 pub(crate) fn cosdisc<Z: Copy + Into<f64>>(
     z: &[Z],
     dim: usize,
@@ -141,7 +142,7 @@ impl<Z: Copy + Into<f64>> Kernel for Cosdisc<'_, Z> {
     }
 }
 
-/// Sums in eight lanes, so that a product need not wait for the one before.
+/// The scalar product, summed in eight lanes so that a product does not wait for the previous one.
 #[inline(always)]
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     let ((a_lanes, a_rest), (b_lanes, b_rest)) = (a.as_chunks::<8>(), b.as_chunks::<8>());
@@ -220,7 +221,7 @@ impl Parts {
         Centers { unit, inverse_norm }
     }
 
-    /// The token of a part with the largest sum of cosines to the others, the first of a tie.
+    /// The token of a part with the largest sum of cosines to the others. In a tie, it is the first one.
     fn medoid(&self, part: usize, sum: &[f64]) -> Option<usize> {
         let members = (0..self.part.len()).filter(|&token| self.part[token] == part);
         let scored = members.map(|token| (dot(self.embedding(token), sum), token));
@@ -230,12 +231,13 @@ impl Parts {
     }
 }
 
-/// Gradients with respect to unit embeddings and centers, gathered term by term.
+/// Gradients with respect to unit embeddings and centers, summed term by term.
 struct Terms<'a> {
     parts: &'a Parts,
     centers: &'a Centers,
     config: &'a LossConfig,
-    /// Row after row of the input; by the unit embeddings at first, by the rows themselves in the end.
+    /// The gradient, row by row of the input. At first it is with respect to the unit embeddings, and in the end with respect to
+    /// the rows themselves.
     gradient: Vec<f64>,
     by_center: Vec<f64>,
 }
@@ -265,7 +267,7 @@ impl<'a> Terms<'a> {
         &self.centers.unit[part * self.parts.dim..][..self.parts.dim]
     }
 
-    /// Pull and prototype cross-entropy: what depends on a token's cosines with all centers.
+    /// Adds pull and prototype cross-entropy, which depend on a token's cosines with all centers.
     #[inline(always)]
     fn add_token_terms(&mut self) -> (f64, f64) {
         let (mut pull, mut ce) = (0.0, 0.0);
@@ -291,7 +293,7 @@ impl<'a> Terms<'a> {
         (pull, ce)
     }
 
-    /// What a token of this part counts.
+    /// The weight of a token of this part.
     #[inline(always)]
     fn share_of_token(&self, part: usize) -> f64 {
         match self.config.weight {
@@ -300,7 +302,7 @@ impl<'a> Terms<'a> {
         }
     }
 
-    /// Spreads ∂L/∂(e_i·c_k) over the embedding and the centers.
+    /// Adds ∂L/∂(e_i·c_k) to the gradients of the embedding and the centers.
     #[inline(always)]
     fn add_cosine_slopes(&mut self, token: usize, share: f64, slopes: &[f64]) {
         let dim = self.parts.dim;
@@ -339,7 +341,8 @@ impl<'a> Terms<'a> {
         push
     }
 
-    /// Takes the centers' gradients back to the embeddings and those back to the rows before normalization.
+    /// Converts the gradients of the centers to those of the embeddings, and these to the gradients of the rows before
+    /// normalization.
     #[inline(always)]
     fn into_gradient(mut self) -> Vec<f64> {
         let dim = self.parts.dim;
@@ -360,7 +363,7 @@ impl<'a> Terms<'a> {
     }
 }
 
-/// The backward of u = v/‖v‖: removes the component along `unit` and divides by the length.
+/// The backward pass of u = v/‖v‖: removes the component along `unit` and divides by the length.
 #[inline(always)]
 fn project_out(gradient: &mut [f64], unit: &[f64], inverse_norm: f64) {
     let along = dot(gradient, unit);
@@ -369,14 +372,14 @@ fn project_out(gradient: &mut [f64], unit: &[f64], inverse_norm: f64) {
     }
 }
 
-/// The pull of an embedding with this cosine to its center, and how fast it falls as the cosine rises.
+/// The pull of an embedding with this cosine to its center, and the rate at which it decreases with the cosine.
 #[inline(always)]
 fn pull_of(cosine: f64, config: &LossConfig) -> (f64, f64) {
     match config.pull {
         Pull::Cosine => hinge(1.0 - config.pull_margin - cosine, config.hinge),
         Pull::Chord => {
             let squared = 2.0 - 2.0 * cosine;
-            // Rounding can make it negative. A NaN stays one: the training must see it.
+            // Rounding can make it negative. A NaN is kept, because the training must detect it.
             let length = if squared < 0.0 { 0.0 } else { squared.sqrt() };
             let (gap, slope) = hinge(length - config.pull_margin, config.hinge);
             (gap, slope / length.max(MIN_CHORD))
@@ -389,14 +392,14 @@ fn pull_of(cosine: f64, config: &LossConfig) -> (f64, f64) {
 fn hinge(excess: f64, hinge: Hinge) -> (f64, f64) {
     let excess_or_0 = excess.max(0.0);
     match hinge {
-        // A NaN stays one: the training must see it.
+        // A NaN is kept, because the training must detect it.
         _ if excess.is_nan() => (excess, excess),
         Hinge::Linear => (excess_or_0, f64::from(u8::from(excess > 0.0))),
         Hinge::Squared => (excess_or_0.powi(2), 2.0 * excess_or_0),
     }
 }
 
-/// −log softmax(cosines/τ) at `own`; leaves its slope by each cosine where the cosine was.
+/// −log softmax(cosines/τ) at `own`. Replaces each cosine by the derivative with respect to it.
 #[inline(always)]
 fn cross_entropy(cosines: &mut [f64], own: usize, temperature: f64) -> f64 {
     let highest = cosines.iter().copied().fold(f64::NEG_INFINITY, f64::max);

@@ -128,7 +128,7 @@ fn a_squared_hinge_squares_and_equal_points_forget_their_parts() {
     };
     let part = loss(Hinge::Linear, LossWeight::Part);
     let point = loss(Hinge::Linear, LossWeight::Point);
-    // The lone token pulls nothing; of the three, 1/(2·3) of their sum against 1/4 of it.
+    // The single token has no pull. The sum of the other three has the weight 1/(2·3) in one case and 1/4 in the other.
     assert!(
         (point.pull / part.pull - 1.5).abs() < 1e-12,
         "{part:?} {point:?}"

@@ -1,5 +1,5 @@
-//! Computes a block of PTv3: xCPE, patch attention and perceptron, each added to what came in. On request, the tokens of
-//! one cell exchange features between xCPE and attention.
+//! Computes a block of PTv3: xCPE, patch attention and perceptron. The output of each is added to its input. On request, the
+//! tokens of one cell exchange features between xCPE and attention.
 
 use super::config::Ptv3Config;
 use crate::data::hierarchy::XCPE_VOLUME;
@@ -15,10 +15,10 @@ use burn::tensor::Tensor;
 
 /// Channels of an attention head.
 const HEAD_DIM: usize = 16;
-/// Width of the hidden layer of a block's perceptron, in widths of the block.
+/// Width of the hidden layer of a block's perceptron, as a multiple of the width of the block.
 const MLP_RATIO: usize = 4;
 
-/// A block. Attention and perceptron are branches that training may leave out, by point.
+/// A block. Attention and perceptron are branches. Training may leave them out for single tokens.
 #[derive(Module, Debug)]
 pub(crate) struct Block {
     xcpe: Option<Xcpe>,
@@ -28,13 +28,13 @@ pub(crate) struct Block {
     /// Probability of leaving out a branch.
     #[module(skip)]
     drop_path: f64,
-    /// Whether xCPE sees only the skip behind an unpooling.
+    /// Whether xCPE sees only the skip after an unpooling.
     #[module(skip)]
     xcpe_of_skip: bool,
 }
 
 impl Block {
-    /// A block with those pieces that the config has not switched off.
+    /// A block with the layers that the config has not switched off.
     pub(crate) fn new(
         init: &Initializer,
         name: &str,
@@ -87,7 +87,7 @@ impl StageBlock for Block {
 }
 
 impl Block {
-    /// The block, whose xCPE sees the rows `seen`.
+    /// The output of the block if its xCPE sees the rows `seen`.
     ///
     /// # Shapes
     /// - rows, seen and output: `[token, width]`
@@ -111,7 +111,7 @@ impl Block {
     }
 }
 
-/// A 3³ submanifold convolution, a linear map and a norm: how tokens learn where they are.
+/// A 3³ submanifold convolution, a linear map and a norm. They give tokens information about their position.
 #[derive(Module, Debug)]
 pub(crate) struct Xcpe {
     conv: Linear,
@@ -136,8 +136,8 @@ impl Xcpe {
 
 /// The maximum over the tokens of each cell, a linear map and a norm.
 ///
-/// Tokens are keyed by the dominant axis of their normals, so that a cylinder has tokens of four axes. Where two axes
-/// meet in a cell, this layer is the shortest way between them.
+/// Tokens are keyed by the dominant axis of their normals, so a cylinder has tokens of four axes. If a cell has tokens of two
+/// axes, this layer connects them directly.
 #[derive(Module, Debug)]
 pub(crate) struct CellExchange {
     out: Linear,
@@ -159,13 +159,13 @@ impl CellExchange {
     }
 }
 
-/// Attention among the tokens of a patch, behind a norm.
+/// A norm, followed by attention among the tokens of a patch.
 #[derive(Module, Debug)]
 pub(crate) struct Attention {
     norm: LayerNorm,
     qkv: Linear,
     out: Linear,
-    /// Which curve of the level the patches follow, modulo the number of curves.
+    /// The index of the curve that the patches follow, modulo the number of curves of the level.
     #[module(skip)]
     index: usize,
     #[module(skip)]
@@ -202,7 +202,7 @@ pub(crate) fn mixed_by_patch(
     n_heads: usize,
 ) -> Tensor<2> {
     let mix = |qkv: Tensor<2>, shape: &ShapePatches| {
-        // `Serialization::check` has seen to at least one curve.
+        // `Serialization::check` has ensured that there is at least one curve.
         let patches = &shape.by_curve[index % shape.by_curve.len()];
         ops::patch_attention(qkv, patches, n_heads)
     };
@@ -218,7 +218,7 @@ pub(crate) fn mixed_by_patch(
     Tensor::cat(each.collect(), 0)
 }
 
-/// A perceptron with one hidden layer, behind a norm.
+/// A norm, followed by a perceptron with one hidden layer.
 #[derive(Module, Debug)]
 pub(crate) struct Mlp {
     norm: LayerNorm,

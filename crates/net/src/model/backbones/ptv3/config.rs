@@ -16,28 +16,28 @@ pub struct Ptv3Config {
     pub patch: usize,
     /// The norm of stem, pooling and unpooling; blocks always have LayerNorm.
     pub norm: NormKind,
-    /// Highest probability with which training leaves out a branch of a block, drawn for each point.
+    /// Highest probability with which training leaves out a branch of a block. It is drawn for each token.
     pub drop_path: f64,
-    /// Whether blocks have xCPE, the convolution that tells neighboring tokens of each other.
+    /// Whether blocks have xCPE, the convolution over neighboring tokens.
     pub xcpe: bool,
-    /// Whether the first xCPE of a decoder stage sees only the skip, as in the published code of PTv3 (`PT-v3m1`), instead
-    /// of the sum of the skip and the level above, which the other layers see.
+    /// Whether the first xCPE of a decoder stage sees only the skip, as in the published code of PTv3 (`PT-v3m1`), instead of the
+    /// sum of the skip and the level above, as the other layers.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub xcpe_of_skip: bool,
-    /// Whether blocks have a layer in which the tokens of one cell, whose normals have different dominant axes, tell each
-    /// other of themselves. PTv3 has one token per cell and no such layer.
+    /// Whether blocks have a layer in which the tokens of one cell, whose normals have different dominant axes, exchange
+    /// features. PTv3 has one token per cell and no such layer.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub cell_exchange: bool,
     /// Whether blocks have attention.
     pub attention: bool,
     /// The curves that serialize a shape, in the order in which the blocks of a stage take turns.
     pub orders: Vec<Curve>,
-    /// Whether training shuffles the curves on each level, anew for each shape and step.
+    /// Whether training shuffles the curves on each level, independently for each shape and step.
     pub shuffle_orders: bool,
 }
 
 impl Default for Ptv3Config {
-    /// The smallest preset, with everything that PTv3 has switched on.
+    /// The smallest preset, with all layers of PTv3.
     fn default() -> Self {
         Self {
             preset: Preset::Micro,

@@ -1,9 +1,10 @@
-//! Builds Point Transformer V3 (Wu et al., CVPR 2024): tokens and their hierarchy become one row of features per token.
+//! Builds Point Transformer V3 (Wu et al., CVPR 2024): tokens and their hierarchy go in, and one row of features per token comes
+//! out.
 //!
-//! Serialized patch attention, xCPE as a true 3³ submanifold convolution, grid pooling by code shift with a maximum,
-//! unpooling with a skip. Block i of a stage follows curve i of its level, modulo the number of curves.
-//! With `norm = "layer"`, LayerNorm replaces the BatchNorm of PTv3, so that shapes do not depend on their batch.
-//! The number of parameters is the same.
+//! The network has serialized patch attention, xCPE as a true 3³ submanifold convolution, grid pooling by code shift with a
+//! maximum, and unpooling with a skip. Block i of a stage uses curve i of its level, modulo the number of curves. With `norm =
+//! "layer"`, LayerNorm replaces the BatchNorm of PTv3, so that shapes do not depend on their batch. The number of parameters is
+//! the same.
 
 pub(crate) mod block;
 mod config;
@@ -35,7 +36,7 @@ use partprobe_carrier::Rng;
 pub(crate) struct Ptv3 {
     stem: Stem,
     encoder: Vec<EncoderStage<Block>>,
-    /// From the coarsest stage down.
+    /// The stages from the coarsest to the finest.
     decoder: Vec<DecoderStage<Block>>,
 }
 
@@ -100,7 +101,7 @@ impl Backbone for Ptv3 {
 }
 
 impl Ptv3 {
-    /// A network of these stages; the preset of `config` is not used.
+    /// A network with these stages. The preset of `config` is not used.
     pub(crate) fn with_stages(init: &Initializer, stages: &Stages, config: &Ptv3Config) -> Self {
         let stem_width = stages.encoder_widths.first().copied().unwrap_or(0);
         let settings = UNetSettings {

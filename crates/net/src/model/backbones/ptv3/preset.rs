@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Preset {
-    /// Three stages, half a million parameters: trains on a CPU.
+    /// Three stages, half a million parameters. It can be trained on a CPU.
     #[default]
     Micro,
     /// Four stages, 2.4 million parameters.
@@ -34,7 +34,7 @@ impl Preset {
         }
     }
 
-    /// Depths and widths; `base` is PTv3 as published.
+    /// Depths and widths. `base` is PTv3 as published.
     #[must_use]
     pub fn stages(self) -> Stages {
         let new = |encoder: &[(usize, usize)], decoder: &[(usize, usize)]| {
