@@ -14,13 +14,14 @@ const N_TOKENS: usize = 4096;
 const DIM: usize = 128;
 const K: usize = 20;
 
-/// Tokens around `K` random directions of very different sizes; `spread` is the noise against the direction's length.
+/// Tokens around `K` random directions, in clusters of very different sizes. `spread` is the noise relative to the direction's
+/// length.
 fn tokens(spread: f32) -> Embeddings {
     let mut rng = keyed_rng(0, &["bench"]);
     let mut uniform = move || (rng.next_u64() >> 40) as f32 / (1u64 << 23) as f32 - 1.0;
     let axes: Vec<f32> = (0..K * DIM).map(|_| uniform()).collect();
     let values = (0..N_TOKENS).flat_map(|token| {
-        // Cluster j holds a share that falls with j², as the faces of real parts do.
+        // The sizes of the clusters differ strongly, like those of the faces of real parts.
         let share = (token as f32 / N_TOKENS as f32).powi(2);
         let axis = (share * K as f32) as usize;
         axes[axis * DIM..][..DIM].to_vec()
@@ -29,7 +30,7 @@ fn tokens(spread: f32) -> Embeddings {
     Embeddings::new(DIM, noisy).expect("whole rows")
 }
 
-/// Ten restarts; the argument is the noise: 0.3 is tight, 1.5 loose, 30 noise alone.
+/// Measures ten restarts. The argument is the noise: 0.3 gives tight clusters, 1.5 loose ones, and 30 only noise.
 #[divan::bench(args = [0.3, 1.5, 30.0], sample_count = 10)]
 fn spherical_k_means(bencher: Bencher<'_, '_>, spread: f32) {
     let (rows, weights, settings) = (tokens(spread), vec![5; N_TOKENS], KMeansSettings::with_k(K));
@@ -42,7 +43,7 @@ fn average_link(bencher: Bencher<'_, '_>) {
     bencher.bench(|| average_link_cosine(black_box(&rows), &weights, K));
 }
 
-/// All that one row `growing-20` costs: the nearest points, the regions, and the points that are given away.
+/// Measures all steps of the row `growing-20`: the nearest points, the regions, and the assignment of the other points.
 #[divan::bench(sample_count = 10)]
 fn region_growing(bencher: Bencher<'_, '_>) {
     let mut rng = keyed_rng(0, &["bench"]);

@@ -14,7 +14,7 @@ use partprobe_cluster::{
 };
 use std::error::Error;
 
-/// Times are the shortest of so many calls.
+/// Times are the shortest of this number of calls.
 const N_CALLS: usize = 5;
 
 type KMeans = fn(&Embeddings, &[u32], &KMeansSettings, u64, &str) -> Result<Clusters, ClusterError>;
@@ -75,7 +75,7 @@ fn shortest(
     Ok((best, objective))
 }
 
-/// Seconds that this thread has had a processor for, as Linux counts them; 0 elsewhere.
+/// Processor time of this thread in seconds, as Linux counts it. It is 0 on other systems.
 fn processor_seconds() -> f64 {
     let nanoseconds = std::fs::read_to_string("/proc/thread-self/schedstat").ok();
     let first = nanoseconds.and_then(|text| text.split(' ').next()?.parse::<f64>().ok());

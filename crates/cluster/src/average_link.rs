@@ -1,8 +1,8 @@
-//! Clusters rows by average link: merges again and again the two clusters whose points have the largest mean cosine.
+//! Clusters rows by average link: repeatedly merges the two clusters whose points have the largest mean cosine.
 //!
-//! The mean cosine between two clusters is the scalar product of their mean unit vectors, so no matrix of
-//! similarities is kept: memory is that of the rows, and time is O(n² · dim). The order of the merges is that of the
-//! nearest-neighbor chain (Murtagh 1983, "A survey of recent advances in hierarchical clustering algorithms").
+//! The mean cosine between two clusters is the scalar product of their mean unit vectors, so no matrix of similarities is needed:
+//! memory is that of the rows, and time is O(n² · dim). The order of the merges is that of the nearest-neighbor chain (Murtagh
+//! 1983, "A survey of recent advances in hierarchical clustering algorithms").
 
 use crate::clusterer::{Clusterer, ClustererFactory};
 use crate::clusters::{ClusterError, Clusters};
@@ -16,7 +16,7 @@ pub(crate) const FACTORY: ClustererFactory = ClustererFactory {
     make: |_settings| Box::new(AverageLink),
 };
 
-/// Average link on cosines. Unlike k-means, it rather isolates a small cluster than splits a large one.
+/// Average link on cosines. Unlike k-means, it isolates a small cluster rather than split a large one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct AverageLink;
 
@@ -52,13 +52,13 @@ struct Merge {
 #[derive(Clone, Debug)]
 pub struct AverageLinkTree {
     n_rows: usize,
-    /// The merge of the largest mean cosine first.
+    /// The merges. The one with the largest mean cosine comes first.
     merges: Vec<Merge>,
 }
 
 impl AverageLinkTree {
-    /// Merges the rows by the mean cosine of their points. `weights` holds the number of points that each row stands for.
-    /// No random numbers are needed.
+    /// Merges the rows by the mean cosine of their points. `weights` is the number of points of each row. No random numbers are
+    /// needed.
     ///
     /// # Errors
     /// If the number of weights is not the number of rows, or a number is not finite.
@@ -102,11 +102,11 @@ impl AverageLinkTree {
 
 /// Cuts the average-link tree of the rows' cosines at `k` clusters.
 ///
-/// `weights` holds the number of points that each row stands for. The objective is the sum of `1 - mean cosine` over the
-/// merges. No random numbers are needed.
+/// `weights` is the number of points of each row. The objective is the sum of `1 - mean cosine` over the merges. No random
+/// numbers are needed.
 ///
 /// # Errors
-/// If the number of weights is not the number of rows, a number is not finite, or 0 clusters are asked for.
+/// If the number of weights is not the number of rows, a number is not finite, or 0 clusters are requested.
 pub fn average_link_cosine(
     rows: &Embeddings,
     weights: &[u32],
@@ -133,9 +133,9 @@ fn root(roots: &[usize], mut row: usize) -> usize {
     row
 }
 
-/// The nearest-neighbor chain: each link is the nearest cluster of the link before it. Two clusters that are each
-/// other's nearest merge at once. Average link is reducible (a merged cluster is not nearer to a third one than the
-/// nearer of its halves was), so the tree is the same as that of merging in global order.
+/// The nearest-neighbor chain: each link is the nearest cluster of the previous link. Two clusters that are each other's nearest
+/// merge at once. Average link is reducible (a merged cluster is not nearer to a third one than the nearer of its halves was), so
+/// the tree is the same as that of merging in global order.
 struct Chain {
     dim: usize,
     /// Mean unit vector of each living cluster, at the index of the row that names it.
@@ -197,7 +197,8 @@ impl Chain {
         &self.means[cluster * self.dim..][..self.dim]
     }
 
-    /// The living cluster nearest to `last` and their cosine. Among equals, the link before it, then the lowest.
+    /// The living cluster nearest to `last` and their cosine. If several are equal, the previous link is preferred, then the
+    /// lowest one.
     #[inline(always)]
     fn nearest(&self, last: usize, before: Option<usize>) -> (usize, f32) {
         let cosine_to = |other: usize| product(self.mean(last), self.mean(other));
@@ -301,7 +302,7 @@ mod tests {
         }
     }
 
-    /// Average link as its definition says, over all pairs of points.
+    /// Average link by its definition, over all pairs of points.
     fn by_definition(rows: &Embeddings, weights: &[u32], k: usize) -> Vec<u32> {
         let mut groups: Vec<Vec<usize>> = (0..rows.n_rows()).map(|row| vec![row]).collect();
         let total = |group: &[usize]| {

@@ -1,4 +1,4 @@
-//! Defines what a clustering algorithm offers to its callers.
+//! Defines the interface of a clustering algorithm.
 //!
 //! To add an algorithm, write one file with a type that implements [`Clusterer`] and a `FACTORY`, and add the factory
 //! to [`CLUSTERERS`](crate::CLUSTERERS). Configs, messages and scores follow the list.
@@ -7,7 +7,7 @@ use crate::clusters::{ClusterError, Clusters};
 use crate::settings::ClustererSettings;
 use partprobe_carrier::Embeddings;
 
-/// An algorithm that divides rows of numbers into clusters, of a given number or of one that it finds.
+/// An algorithm that divides rows of numbers into clusters. Their number is given, or the algorithm finds it.
 pub trait Clusterer {
     /// The name in configs, score files and tables, for example `k-means`.
     fn name(&self) -> &'static str;
@@ -15,8 +15,8 @@ pub trait Clusterer {
     /// Divides the rows into `k` clusters, or fewer if there are fewer different rows. An algorithm that finds the number
     /// of clusters itself does not use `k`.
     ///
-    /// `weights` holds the number of points that each row stands for. An algorithm that needs random numbers draws
-    /// them from `seed` and `key` alone; `key` names the shape, so that each shape has its own.
+    /// `weights` is the number of points of each row. An algorithm that needs random numbers draws them only from `seed` and
+    /// `key`. `key` names the shape, so each shape has its own random numbers.
     ///
     /// # Errors
     /// If the number of weights is not the number of rows, a number is not finite, or `k` is 0.

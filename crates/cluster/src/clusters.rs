@@ -7,18 +7,18 @@ use partprobe_carrier::Embeddings;
 pub struct Clusters {
     /// The cluster of each row, from 0 to `k_found - 1`. Clusters are numbered in the order of their first rows.
     pub assignment: Vec<u32>,
-    /// The number of clusters. It is smaller than the number asked for if there are fewer different rows.
+    /// The number of clusters. It is smaller than the requested number if there are fewer different rows.
     pub k_found: usize,
-    /// What the algorithm minimizes. For k-means it is the sum, over points, of the squared distance to the center. For
+    /// The value that the algorithm minimizes. For k-means it is the sum, over points, of the squared distance to the center. For
     /// average link it is the sum of `1 - mean cosine` over the merges.
     pub objective: f64,
 }
 
-/// Why rows cannot be clustered.
+/// The reason why rows cannot be clustered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ClusterError {
-    /// The number of multiplicities is not the number of rows.
+    /// The number of multiplicities differs from the number of rows.
     #[error("{n_weights} multiplicities were given for {n_rows} rows; give one per row")]
     Weights {
         /// The number of multiplicities.
@@ -32,13 +32,13 @@ pub enum ClusterError {
         /// The index of the row.
         row: usize,
     },
-    /// 0 clusters were asked for.
+    /// 0 clusters were requested.
     #[error("0 clusters were asked for; ask for at least 1")]
     NoClusters,
 }
 
 impl Clusters {
-    /// Refuses input that no algorithm can cluster; every clusterer calls it first.
+    /// Refuses input that no algorithm can cluster. Every clusterer calls it first.
     ///
     /// # Errors
     /// If the number of weights is not the number of rows, a number is not finite, or `k` is 0.
@@ -60,7 +60,7 @@ impl Clusters {
         }
     }
 
-    /// Makes clusters of the groups in `raw`, one per row, numbered anew by each group's first row.
+    /// Makes clusters of the groups in `raw`, one per row, renumbered in the order of the groups' first rows.
     #[must_use]
     pub fn numbered(raw: &[u32], objective: f64) -> Self {
         let mut ids = std::collections::BTreeMap::new();

@@ -17,13 +17,13 @@ fn sum_over_entries(a: &[f32], b: &[f32], term: impl Fn(f32, f32) -> f32) -> f32
     sums.iter().sum::<f32>() + rest
 }
 
-/// The squared Euclidean distance; exactly 0 for equal rows, and the same bits whichever row comes first.
+/// The squared Euclidean distance. It is exactly 0 for equal rows, and does not depend on the order of the rows, bit by bit.
 #[inline(always)]
 pub(crate) fn squared_distance(a: &[f32], b: &[f32]) -> f32 {
     sum_over_entries(a, b, |a, b| (a - b) * (a - b))
 }
 
-/// The scalar product; the same bits whichever row comes first.
+/// The scalar product. It does not depend on the order of the rows, bit by bit.
 #[inline(always)]
 pub(crate) fn product(a: &[f32], b: &[f32]) -> f32 {
     sum_over_entries(a, b, |a, b| a * b)
@@ -37,7 +37,7 @@ pub(crate) fn norm(row: &[f32]) -> f64 {
         .sqrt()
 }
 
-/// The rows' values, each row divided by its norm; a row of norm 0 stays.
+/// The rows' values, each row divided by its norm. A row of norm 0 does not change.
 pub(crate) fn unit_rows(values: &[f32], dim: usize) -> Vec<f32> {
     let mut unit = Vec::with_capacity(values.len());
     for row in values.chunks_exact(dim) {

@@ -25,7 +25,7 @@ pub(crate) const FACTORY: ClustererFactory = ClustererFactory {
 /// Spherical k-means, the clusterer of the paper's evaluation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SphericalKMeans {
-    /// The restarts and when each of them ends.
+    /// The number of restarts, and the conditions that end each of them.
     pub settings: ClustererSettings,
 }
 
@@ -52,11 +52,11 @@ impl Clusterer for SphericalKMeans {
 
 /// Spherical k-means: only the directions of the rows count, and a center is the direction of the mean of its points.
 ///
-/// `weights` holds the number of points that each row stands for. `key` names the shape, so that each shape has its own
-/// random numbers. The objective is the sum, over points, of `2 - 2 cos` of the angle to the center.
+/// `weights` is the number of points of each row. `key` names the shape, so each shape has its own random numbers. The objective
+/// is the sum, over points, of `2 - 2 cos` of the angle to the center.
 ///
 /// # Errors
-/// If the number of weights is not the number of rows, a number is not finite, or 0 clusters are asked for.
+/// If the number of weights is not the number of rows, a number is not finite, or 0 clusters are requested.
 pub fn spherical_kmeans(
     rows: &Embeddings,
     weights: &[u32],
@@ -77,11 +77,11 @@ pub fn spherical_kmeans(
 
 /// Euclidean k-means: a center is the mean of its points.
 ///
-/// `weights` holds the number of points that each row stands for. `key` names the shape, so that each shape has its own
-/// random numbers. The objective is the sum, over points, of the squared distance to the center.
+/// `weights` is the number of points of each row. `key` names the shape, so each shape has its own random numbers. The objective
+/// is the sum, over points, of the squared distance to the center.
 ///
 /// # Errors
-/// If the number of weights is not the number of rows, a number is not finite, or 0 clusters are asked for.
+/// If the number of weights is not the number of rows, a number is not finite, or 0 clusters are requested.
 pub fn euclidean_kmeans(
     rows: &Embeddings,
     weights: &[u32],
@@ -105,14 +105,14 @@ pub fn euclidean_kmeans(
     })
 }
 
-/// The restart with the lowest objective; the first of equals.
+/// The restart with the lowest objective. If several are equal, it is the first one.
 fn best_restart(points: &Points<'_>, settings: &KMeansSettings, seed: u64, key: &str) -> Clusters {
     let mut best = Clusters::numbered(&vec![0; points.n_rows()], f64::INFINITY);
     for restart in 0..settings.restarts.max(1) {
         let mut rng = keyed_rng(seed, &["k-means", key, &restart.to_string()]);
         let seeds = greedy_seeds(points, settings.k, &mut rng);
         if seeds.rows.is_empty() {
-            // No row stands for a point, so there is nothing to seed: all rows are in one cluster.
+            // No row has a point, so there are no seeds, and all rows are in one cluster.
             return Clusters {
                 objective: 0.0,
                 ..best
@@ -211,7 +211,7 @@ mod tests {
             "x",
         )
         .unwrap();
-        // Bundles come in turn, so numbering by the first row is the planted numbering.
+        // The rows alternate between the bundles, so the numbering by first rows is the planted numbering.
         assert!(
             clusters
                 .assignment

@@ -1,5 +1,5 @@
-//! Divides rows of numbers into clusters: spherical and Euclidean k-means, average link on cosines, and Ward linkage
-//! over a graph. The silhouette says how well clusters are apart.
+//! Divides rows of numbers into clusters: spherical and Euclidean k-means, average link on cosines, and Ward linkage over a
+//! graph. The silhouette measures how well clusters are separated.
 //!
 //! ```
 //! use partprobe_carrier::Embeddings;
@@ -15,10 +15,10 @@
 //!
 //! # What it guarantees
 //!
-//! - A row may stand for several points, for example a token for the points of its voxel. Every algorithm takes one
+//! - A row may represent several points. For example, a token represents the points of its voxel. Every algorithm takes one
 //!   multiplicity per row, and the result is exactly that of clustering the points themselves.
-//! - The clusters depend on the rows, the multiplicities, the settings, the seed and the key alone: the same input gives
-//!   the same clusters on every machine.
+//! - The clusters depend only on the rows, the multiplicities, the settings, the seed and the key: the same input gives the same
+//!   clusters on every machine.
 //! - Rows that cannot be clustered give a [`ClusterError`].
 //!
 //! # What it does not do

@@ -1,9 +1,8 @@
 //! Runs Lloyd's iteration (Lloyd 1982, "Least squares quantization in PCM") from given seeds until it converges.
 //!
-//! Upper and lower bounds of the distances avoid most of the distance computations and do not change the result (Elkan
-//! 2003, "Using the triangle inequality to accelerate k-means"). On unit rows and unit centers the Euclidean distance
-//! grows as the cosine falls, so the spherical variant is the same iteration with centers of norm 1 (Dhillon and
-//! Modha 2001).
+//! Upper and lower bounds of the distances avoid most of the distance computations and do not change the result (Elkan 2003,
+//! "Using the triangle inequality to accelerate k-means"). For unit rows and unit centers, the Euclidean distance increases as
+//! the cosine decreases, so the spherical variant is the same iteration with centers of norm 1 (Dhillon and Modha 2001).
 
 use crate::distance::squared_distance;
 use crate::points::{CenterRule, Points};
@@ -136,7 +135,8 @@ impl<'a> Lloyd<'a> {
         }
     }
 
-    /// The row that is farthest from its center among those that share their cluster; the first of equals.
+    /// The row that is farthest from its center, among rows that are not alone in their cluster. If several are equal, it is the
+    /// first one.
     fn farthest_movable_row(&self) -> Option<usize> {
         let mut farthest = None;
         let mut longest = 0.0;
@@ -154,7 +154,7 @@ impl<'a> Lloyd<'a> {
         farthest
     }
 
-    /// Moves each center to where its rule says. Returns the distance that each one moved.
+    /// Moves each center by its rule. Returns the distances.
     fn move_centers(&mut self) -> Vec<f32> {
         let dim = self.points.dim;
         let mut moved = Vec::with_capacity(self.k);
@@ -175,7 +175,7 @@ impl<'a> Lloyd<'a> {
             CenterRule::Direction => sum.iter().map(|x| x * x).sum::<f64>().sqrt(),
         };
 
-        // An empty cluster, or one whose points cancel out, keeps its center.
+        // An empty cluster, or a cluster whose points cancel, keeps its center.
         let is_defined = self.totals[j] > 0 && length > 1e-12 * self.totals[j] as f64;
         if is_defined {
             sum.iter().map(|x| (x / length) as f32).collect()
@@ -186,7 +186,7 @@ impl<'a> Lloyd<'a> {
 
     /// Corrects the bounds after the centers moved by the given distances.
     fn loosen_bounds(&mut self, moved: &[f32]) {
-        // A little more than the distance itself, so that rounding cannot make a bound false.
+        // The distance is slightly increased, so that rounding cannot make a bound wrong.
         let moved: Vec<f32> = moved
             .iter()
             .map(|&distance| distance * (1.0 + 1e-5))
@@ -223,7 +223,7 @@ impl<'a> Lloyd<'a> {
         any_changed
     }
 
-    /// Half the distance between each two centers; on the diagonal, half of that to the nearest other center.
+    /// Half of the distance between each two centers. The diagonal has half of the distance to the nearest other center.
     #[inline(always)]
     fn half_gaps(&self) -> Vec<f32> {
         let mut gaps = vec![f32::INFINITY; self.k * self.k];
@@ -237,7 +237,7 @@ impl<'a> Lloyd<'a> {
         gaps
     }
 
-    /// The nearest center of a row; among equals, the present one. Tightens the bounds of the row.
+    /// The nearest center of a row. If several are equal, it is the current one. Tightens the bounds of the row.
     #[inline(always)]
     fn nearest_center(&mut self, row: usize, gaps: &[f32]) -> usize {
         let k = self.k;
@@ -286,7 +286,7 @@ impl Kernel for Reassignment<'_, '_> {
     }
 }
 
-/// The distance of each row to each seed: the columns of the seeds as one row per row.
+/// The distance of each row to each seed, row by row.
 fn row_major_distances(seeds: &Seeds, n_rows: usize) -> Vec<f32> {
     let k = seeds.rows.len();
     let mut distances = vec![0.0; n_rows * k];
@@ -298,7 +298,7 @@ fn row_major_distances(seeds: &Seeds, n_rows: usize) -> Vec<f32> {
     distances
 }
 
-/// The index of the smallest number; the first of equals.
+/// The index of the smallest number. If several are equal, it is the first one.
 fn first_minimum(numbers: &[f32]) -> usize {
     let mut best = 0;
     for (at, &number) in numbers.iter().enumerate() {

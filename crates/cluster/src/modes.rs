@@ -17,7 +17,7 @@ pub(crate) const FACTORY: ClustererFactory = ClustererFactory {
 /// Rows are joined if their cosine is at least this: their directions differ by at most 18°.
 const LEAST_COSINE: f32 = 0.95;
 
-/// The modes of a mean shift. The number of clusters is found, and the one that is asked for is not used.
+/// The modes of a mean shift. The number of clusters is found, and the requested number is not used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Modes;
 
@@ -62,7 +62,7 @@ mod tests {
     fn check(angles_deg: &[f64], expected: &[u32]) {
         let rows = angles_deg.iter().map(|angle| {
             let (sine, cosine) = angle.to_radians().sin_cos();
-            // Lengths do not count.
+            // The lengths of rows have no influence.
             [3.0 * cosine as f32, 3.0 * sine as f32]
         });
         let rows = Embeddings::from_rows(rows);

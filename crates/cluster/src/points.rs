@@ -1,6 +1,6 @@
-//! Holds the rows that k-means iterates over, each with the number of points that it stands for.
+//! Holds the rows of k-means, each with its number of points.
 
-/// How a center follows from the sum of its points.
+/// The rule by which a center is computed from the sum of its points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum CenterRule {
     /// The mean.
@@ -9,13 +9,13 @@ pub(crate) enum CenterRule {
     Direction,
 }
 
-/// Rows with multiplicities, as the iteration reads them.
+/// Rows with multiplicities, in the form that the iteration reads.
 pub(crate) struct Points<'a> {
     /// The entries, row by row: `n_rows * dim` of them.
     pub(crate) values: Vec<f32>,
     /// The number of entries per row.
     pub(crate) dim: usize,
-    /// The number of points that each row stands for.
+    /// The number of points of each row.
     pub(crate) weights: &'a [u32],
     /// How the iteration computes a center.
     pub(crate) center_rule: CenterRule,

@@ -1,7 +1,7 @@
-//! Divides a cloud of points by growing regions of similar normals: what plain geometry gives without any network.
+//! Divides a cloud of points by growing regions of similar normals. It is a baseline without a network.
 //!
-//! Points and unit normals go in, one cluster per point comes out. Neighbors are joined if their normals differ by little,
-//! the `k` largest regions are kept, and every other point goes to the region of the nearest point that has one. Nothing
+//! Points and unit normals go in, and one cluster per point comes out. Neighbors are joined if their normals differ by little,
+//! the `k` largest regions are kept, and every other point is assigned to the region of the nearest point in one of them. Nothing
 //! here is random.
 
 use partprobe_carrier::{NearestPoints, Partition, Point, dot};
@@ -13,11 +13,11 @@ pub struct RegionGrowing {
     pub max_angle_deg: f64,
 }
 
-/// The regions of a cloud, before small ones are given away.
+/// The regions of a cloud, before the points of small regions are reassigned.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Regions {
-    /// The region of each point. Regions are numbered from the largest down; of equal ones, that of the lowest point is
-    /// first.
+    /// The region of each point. Regions are numbered from the largest to the smallest. If two are equally large, the one with
+    /// the lowest point comes first.
     of_point: Vec<u32>,
     /// How many points each region has.
     sizes: Vec<usize>,

@@ -12,13 +12,13 @@ use rand::Rng as _;
 
 /// Rows that were chosen as centers, and each one's squared distances to all rows.
 pub(crate) struct Seeds {
-    /// Index of the row that each center is.
+    /// The index of each center's row.
     pub(crate) rows: Vec<usize>,
     /// For each center, its squared distance to each row.
     pub(crate) squared_distances: Vec<Vec<f32>>,
 }
 
-/// Chooses up to `k` different rows; fewer if no row is left that differs from all chosen ones.
+/// Chooses up to `k` different rows. There are fewer if no row is left that differs from all chosen ones.
 pub(crate) fn greedy_seeds(points: &Points<'_>, k: usize, rng: &mut Rng) -> Seeds {
     let n_trials = 2 + (k as f64).ln().floor() as usize;
     let mut seeds = Seeds {
@@ -32,7 +32,7 @@ pub(crate) fn greedy_seeds(points: &Points<'_>, k: usize, rng: &mut Rng) -> Seed
             break;
         };
         if seeds.rows.is_empty() {
-            // Any row serves as the first center; trials are drawn for it only to keep the order of random numbers.
+            // Any row can be the first center. Trials are drawn for it only to keep the order of random numbers.
             candidates.truncate(1);
             nearest.fill(f32::INFINITY);
         }
@@ -67,7 +67,7 @@ fn draw_rows(
         .collect();
     let draw = |_| {
         let pick = (rng.next_u64() >> 11) as f64 / (1u64 << 53) as f64 * total;
-        // Rounding may push the pick to the total itself: then it is the last row with any mass.
+        // Rounding may make the pick equal to the total. Then the last row with a positive mass is taken.
         let last = cumulative.partition_point(|&sum| sum < total);
         cumulative.partition_point(|&sum| sum <= pick).min(last)
     };
@@ -91,7 +91,7 @@ impl Kernel for CandidateDistances<'_> {
     fn run(self) -> Vec<Vec<f32>> {
         let Self { points, candidates } = self;
         let mut columns = vec![vec![0.0; points.n_rows()]; candidates.len()];
-        // Rows outside, candidates inside: a row is read from memory once.
+        // The outer loop is over rows and the inner one over candidates, so each row is read from memory once.
         for (idx, row) in points.rows().enumerate() {
             for (column, &candidate) in columns.iter_mut().zip(candidates) {
                 column[idx] = squared_distance(row, points.row(candidate));
@@ -101,7 +101,7 @@ impl Kernel for CandidateDistances<'_> {
     }
 }
 
-/// The column whose candidate would leave the smallest sum of squared distances; the first of equals.
+/// The column whose candidate gives the smallest sum of squared distances. If several are equal, it is the first one.
 fn lowest_potential(points: &Points<'_>, nearest: &[f32], columns: &[Vec<f32>]) -> usize {
     let mut best = 0;
     let mut lowest = f64::INFINITY;

@@ -5,7 +5,7 @@
 pub struct KMeansSettings {
     /// The number of clusters to look for, at least 1.
     pub k: usize,
-    /// The number of seeded restarts, of which the best counts; 0 counts as 1. One restart loses up to 20 points of
+    /// The number of seeded restarts, of which the best counts. A value of 0 counts as 1. One restart loses up to 20 points of
     /// mIoU against ten.
     pub restarts: usize,
     /// The largest number of iterations of one restart.
@@ -27,7 +27,7 @@ impl KMeansSettings {
     }
 }
 
-/// The settings that a config gives to every algorithm; each algorithm takes those that it needs.
+/// The settings that a config gives to every algorithm. Each algorithm uses those that it needs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ClustererSettings {
     /// The number of seeded restarts, of which the best counts.

@@ -1,10 +1,10 @@
-//! Measures how well clusters are apart: the silhouette of Rousseeuw 1987, "Silhouettes: a graphical aid to the interpretation and
-//! validation of cluster analysis".
+//! Measures how well clusters are separated: the silhouette of Rousseeuw 1987, "Silhouettes: a graphical aid to the
+//! interpretation and validation of cluster analysis".
 //!
-//! Weighted rows go in once, then any number of clusterings of them. All distances are kept, so memory and time are
-//! O(n²): a caller with many rows passes a sample of them.
+//! Weighted rows go in once, then any number of clusterings of them. All distances are stored, so memory and time are O(n²). A
+//! caller with many rows should pass a sample of them.
 
-/// The distances between all rows, ready to judge clusterings.
+/// The distances between all rows, by which clusterings are measured.
 ///
 /// ```
 /// use partprobe_cluster::Silhouette;
@@ -18,7 +18,7 @@
 /// ```
 #[derive(Clone, Debug)]
 pub struct Silhouette {
-    /// The distance of each pair, row after row.
+    /// The distance of each pair, row by row.
     distances: Vec<f32>,
     weights: Vec<f64>,
 }
@@ -141,7 +141,7 @@ mod tests {
     fn silhouettes_of_few_rows_are_those_of_the_definition() {
         check(&[], &[], &[], None);
         check(&[1.0, 2.0], &[1.0; 2], &[0, 0], None);
-        // Each is alone in its cluster.
+        // Each row is alone in its cluster.
         check(&[1.0, 2.0], &[1.0; 2], &[0, 1], Some(0.0));
         // a = 1 and b = 4.5 or 3.5 at the left, the same at the right.
         check(
@@ -152,7 +152,7 @@ mod tests {
         );
         // Equal rows in two clusters are neither well nor badly placed.
         check(&[3.0; 4], &[1.0; 4], &[0, 0, 1, 1], Some(0.0));
-        // A cluster without weight is no cluster.
+        // A cluster without weight does not count.
         check(&[0.0, 1.0, 4.0], &[1.0, 1.0, 0.0], &[0, 0, 1], None);
         // A cluster number that no row has changes nothing.
         check(&[1.0, 2.0], &[1.0; 2], &[0, 7], Some(0.0));

@@ -1,16 +1,16 @@
-//! Compiles loops once for each kind of vector unit, and runs them with the widest that the processor has.
+//! Compiles loops once per kind of vector unit, and runs them with the widest unit of the processor.
 //!
-//! Sums run in lanes whose number does not depend on the unit, and no product is fused with a sum, so that all units give the
-//! same bits.
+//! Sums run in lanes whose number does not depend on the unit, and no product is fused with a sum, so all units give the same
+//! bits.
 
 use macerator::{AutoArch, Simd, WithSimd};
 
-/// A loop that is worth it. `run` and all that it calls must be `#[inline(always)]`.
+/// A loop that is compiled in this way. `run` and all functions that it calls must be `#[inline(always)]`.
 pub(crate) trait Kernel {
-    /// What it computes.
+    /// The result.
     type Output;
 
-    /// Computes it.
+    /// Runs the loop.
     fn run(self) -> Self::Output;
 }
 

@@ -1,15 +1,14 @@
-//! Links clusters over a graph by Ward's rule: the two neighbors whose union adds least to the sum of squares merge,
-//! again and again.
+//! Clusters rows over a graph by Ward's rule: repeatedly merges the two neighbors whose union increases the sum of squares least.
 //!
-//! In go weighted rows and the pairs that are neighbors, and a tree comes out that gives the cluster of each row for any
-//! number of clusters (Ward 1963, with the connectivity constraint of structured clustering). The order of merges does
-//! not depend on the number of clusters, so the clusters for a smaller number are unions of those for a larger one.
+//! Weighted rows and pairs of neighbors go in, and a tree comes out. It gives the cluster of each row for any number of clusters
+//! (Ward 1963, with the connectivity constraint of structured clustering). The order of merges does not depend on the number of
+//! clusters, so the clusters for a smaller number are unions of those for a larger one.
 
 use partprobe_carrier::Partition;
 use std::cmp::Reverse;
 use std::collections::{BTreeSet, BinaryHeap};
 
-/// A row of numbers and how much it counts.
+/// A row of numbers and its weight.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WeightedRow<R> {
     /// The numbers, which must be finite. All rows of a tree have the same length.
@@ -36,7 +35,7 @@ pub struct WardTree {
 }
 
 impl WardTree {
-    /// Merges until at most `n_min` clusters are left; 0 counts as 1. A neighbor that is not a row is ignored.
+    /// Merges until at most `n_min` clusters are left. A value of 0 counts as 1. A neighbor that is not a row is ignored.
     ///
     /// As soon as no two clusters are neighbors, the lightest cluster joins the one with the nearest mean.
     #[must_use]
@@ -67,12 +66,12 @@ struct Cluster<R> {
     weight: f64,
     mean: R,
     neighbors: BTreeSet<u32>,
-    /// How often it has grown; a candidate of an earlier state is out of date.
+    /// The number of times that it has grown. A candidate of an earlier state is outdated.
     version: u32,
 }
 
 impl<R: AsRef<[f64]>> Cluster<R> {
-    /// How much the weighted sum of squares grows if the two become one.
+    /// The increase of the weighted sum of squares if the two clusters are merged.
     fn cost(&self, other: &Self) -> f64 {
         let total = self.weight + other.weight;
         let share = if total > 0.0 {
@@ -88,7 +87,7 @@ fn squared_distance(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum()
 }
 
-/// Two neighbors in a certain state. Costs are not negative, so their bits sort as they do.
+/// Two neighbors in a certain state. Costs are not negative, so their bits have the same order as the costs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Candidate {
     cost: u64,
@@ -197,7 +196,7 @@ impl<R: AsRef<[f64]> + AsMut<[f64]> + Clone> Merging<R> {
         }
     }
 
-    /// The second cluster becomes a piece of the first.
+    /// Merges the second cluster into the first.
     fn merge(&mut self, [into, from]: [u32; 2]) {
         self.merges.push([into, from]);
         self.living.remove(&from);
@@ -265,9 +264,9 @@ mod tests {
         check(&[], &[], &[], 2, &[]);
         check(&[0.0, 0.1, 5.0, 5.1], &[1.0; 4], &chain, 2, &[0, 0, 1, 1]);
         check(&[0.0, 0.1, 5.0, 5.1], &[1.0; 4], &chain, 4, &[0, 1, 2, 3]);
-        // Equal values that are not neighbors stay apart.
+        // Equal values that are not neighbors are not merged.
         check(&[0.0, 5.0, 0.0, 5.0], &[1.0; 4], &chain, 3, &[0, 0, 1, 2]);
-        // The gap of 1 between heavy rows costs 50, the gap of 3 beside a light one costs about 9.
+        // The gap of 1 between heavy rows costs 50, the gap of 3 next to a light one costs about 9.
         check(
             &[0.0, 1.0, 4.0],
             &[100.0, 100.0, 1.0],
@@ -275,10 +274,10 @@ mod tests {
             2,
             &[0, 1, 1],
         );
-        // Nothing is connected: the lightest joins the nearest.
+        // No rows are connected, so the lightest row joins the nearest one.
         check(&[0.0, 5.0, 4.0], &[2.0, 3.0, 1.0], &[], 2, &[0, 1, 1]);
         check(&[0.0, 5.0, 4.0], &[0.0; 3], &[], 0, &[0, 0, 0]);
-        // A neighbor that does not exist is nobody's neighbor.
+        // A neighbor that does not exist is ignored.
         check(&[0.0, 5.0], &[1.0; 2], &[[0, 2], [7, 1]], 2, &[0, 1]);
     }
 

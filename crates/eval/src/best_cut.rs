@@ -1,6 +1,6 @@
-//! Computes the adjusted Rand index of the best cut of a tree of merges: how well the parts are branches of the tree.
+//! Computes the adjusted Rand index of the best cut of a tree of merges: it measures how well the parts are branches of the tree.
 //!
-//! It needs no number of clusters, since every cut is tried. Like an oracle, it knows which cut is best.
+//! It needs no number of clusters, because every cut is tried. The reference is used to choose the best cut.
 
 use crate::agreement::index_of_pair_counts;
 use crate::confusion::{Confusion, ScoreError};
@@ -9,7 +9,7 @@ use partprobe_cluster::AverageLinkTree;
 /// The largest adjusted Rand index of a cut of the tree of the tokens with the reference, over all labeled points.
 ///
 /// # Errors
-/// If the lists differ in length, a point has a token that the tree lacks, or the reference ignores every point.
+/// If the lists differ in length, a point has a token that is not in the tree, or the reference ignores every point.
 pub fn best_cut_ari(
     tree: &AverageLinkTree,
     token_of_point: &[u32],
@@ -38,7 +38,7 @@ pub fn best_cut_ari(
     Ok(best)
 }
 
-/// The sums from which the index of one cut follows.
+/// The sums from which the index of one cut is computed.
 struct Cut {
     together: f64,
     in_clusters: f64,
@@ -77,7 +77,7 @@ fn pairs(n: u64) -> f64 {
     0.5 * n * (n - 1.0)
 }
 
-/// The row that names the cluster of a row; halves the path on its way.
+/// The row that names the cluster of a row. The search halves the path.
 fn root_of(root: &mut [usize], mut row: usize) -> usize {
     while root[row] != row {
         root[row] = root[root[row]];

@@ -9,16 +9,16 @@ use rand::Rng as _;
 /// How the bootstrap draws.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Bootstrap {
-    /// The number of times that the groups are drawn; 0 gives no interval.
+    /// The number of times that the groups are drawn. A value of 0 gives no interval.
     pub draws: usize,
     /// The seed of the draws.
     pub seed: u64,
-    /// There is no interval over fewer groups of related shapes.
+    /// The smallest number of groups of related shapes for which there is an interval.
     pub least_groups: usize,
 }
 
 impl Bootstrap {
-    /// Over fewer groups, the bootstrap gives intervals that are too narrow.
+    /// With fewer groups, the bootstrap gives intervals that are too narrow.
     pub const LEAST_GROUPS: usize = 10;
 }
 
@@ -39,7 +39,7 @@ impl Interval {
     }
 }
 
-/// How many groups of one size would say as much as these groups, whose sizes are given: (Σn)² / Σn² (Kish 1965).
+/// The number of groups of equal size with the same information as groups of the given sizes: (Σn)² / Σn² (Kish 1965).
 #[must_use]
 pub(crate) fn effective_groups(sizes: impl Iterator<Item = usize> + Clone) -> f64 {
     let sum: usize = sizes.clone().sum();
@@ -50,7 +50,7 @@ pub(crate) fn effective_groups(sizes: impl Iterator<Item = usize> + Clone) -> f6
     (sum * sum) as f64 / squares as f64
 }
 
-/// The shapes of one group, as far as a mean needs them.
+/// The sum and the number of the values of one group.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct GroupSum {
     pub(crate) sum: f64,

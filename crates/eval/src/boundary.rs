@@ -1,14 +1,14 @@
 //! Finds the points that lie near a boundary between two reference parts.
 //!
-//! Points with their labels go in, a yes or no per point comes out. The mesh is not needed, so that predictions of other
-//! programs can be scored alike.
+//! Points with their labels go in, and one truth value per point comes out. The mesh is not needed, so predictions of other
+//! programs can be scored in the same way.
 
 use std::collections::BTreeMap;
 
-/// How far a point may be from a point of another part, as a fraction of the diagonal of the bounding box of all points.
+/// The largest distance of a point from a point of another part, as a fraction of the diagonal of the bounding box of all points.
 ///
-/// 20 000 points on a cube are about 1 % of the diagonal apart. So a point on a boundary has several points of the other
-/// part this near.
+/// 20 000 points on a cube are about 1 % of the diagonal apart. So a point on a boundary has several points of the other part
+/// within this distance.
 pub const BOUNDARY_RADIUS: f64 = 0.02;
 
 /// Two points whose normals differ by more than 120° are on opposite sides of a thin wall, which is not a boundary.
@@ -16,8 +16,8 @@ const LEAST_COSINE: f32 = -0.5;
 
 /// Whether a point of another part lies within [`BOUNDARY_RADIUS`] of each point.
 ///
-/// `normals` has one unit normal per point, or is empty if they are not known; then both sides of a thin wall are near each
-/// other. Points with a negative label are near no boundary, and make none.
+/// `normals` has one unit normal per point, or is empty if they are not known. Without normals, both sides of a thin wall are
+/// near each other. Points with a negative label are not near a boundary and do not make one.
 ///
 /// # Shapes
 /// - points, labels and output: `[point]`

@@ -1,6 +1,6 @@
 //! Counts the points that each reference part and each predicted cluster have in common.
 
-/// Why labels cannot be scored.
+/// The reason why labels cannot be scored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ScoreError {
@@ -47,14 +47,14 @@ impl ScoreError {
 pub struct Confusion {
     reference_ids: Vec<i32>,
     predicted_ids: Vec<u32>,
-    /// Row after row, one row per part.
+    /// The counts row by row, with one row per part.
     counts: Vec<u64>,
     /// Points of each part that have no predicted cluster.
     unlabeled: Vec<u64>,
 }
 
 impl Confusion {
-    /// Counts the points; negative reference labels are ignored.
+    /// Counts the points. Negative reference labels are ignored.
     ///
     /// # Errors
     /// If the lists differ in length, or the reference ignores every point.
@@ -106,7 +106,7 @@ impl Confusion {
                 None => unlabeled[row] += 1,
             }
         }
-        // They were not negative before.
+        // The labels were not negative before, so this conversion is exact.
         let reference_ids = parts.sorted.iter().map(|&part| part as i32).collect();
         let predicted_ids = clusters.sorted;
         Ok(Self {
@@ -172,7 +172,7 @@ impl Confusion {
 /// The different labels of a list, ascending.
 struct Ids {
     sorted: Vec<u32>,
-    /// The index of each label up to the largest, if labels are small numbers, as they mostly are.
+    /// The index of each label up to the largest, if labels are small numbers, as in most cases.
     index_of: Option<Vec<u32>>,
 }
 

@@ -1,8 +1,8 @@
-//! Counts how often a verdict is given although there is nothing to tell: between trainings on one label source.
+//! Counts how often a verdict finds a difference although there is none, namely between trainings on the same label source.
 //!
-//! The scores of many trainings go in that differ in their seeds alone. They are divided into two arms, as if they were of two sources,
-//! and each comparison of the arms that finds a difference is a false alarm (an A/A test). These trainings are real, so that all that makes
-//! trainings differ is in the count.
+//! Scores of many trainings that differ only in their seeds go in. They are divided into two arms, as if they belonged to two
+//! sources. Each comparison of the arms that finds a difference is a false alarm (an A/A test). These trainings are real, so the
+//! count includes all causes of differences between trainings.
 
 use crate::score_row::ScoreRow;
 use crate::verdict::{LOOK_LIMITS, Verdict, VerdictSettings, look};
@@ -11,20 +11,20 @@ use rand::Rng as _;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Verdicts between three random seeds and three others are counted so many times.
+/// The number of verdicts between three random seeds and three others.
 const N_VERDICTS: usize = 200;
 
 /// A single comparison is an alarm if its p-value is below this.
 const ERROR: f64 = 0.05;
 
-/// How often trainings on one label source seemed to differ.
+/// The number of times that trainings on one label source seemed to differ.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FalseAlarms {
     /// The label source.
     pub supervision: String,
     /// The number of trainings.
     pub n_seeds: usize,
-    /// Pairs of single trainings, each training in one pair.
+    /// The number of pairs of single trainings. Each training is in one pair.
     pub n_pairs: usize,
     /// Pairs that differ with p below 0.05.
     pub n_false_pairs: usize,
@@ -39,8 +39,8 @@ pub struct FalseAlarms {
 /// Counts the false alarms among the trainings of one label source. Returns `None` for fewer than six seeds, or if there are too few
 /// groups of shapes for an interval.
 ///
-/// The scores are against the first of the references alone. The seed deviation of the settings is not used: it is that of these
-/// trainings.
+/// Only scores against the first reference are used. The seed deviation is computed from these trainings, and that of the
+/// settings is not used.
 #[must_use]
 pub fn false_alarms(
     rows: &[ScoreRow],
@@ -121,7 +121,7 @@ fn deviation_of_differences(by_seed: &BySeed<'_>, settings: &VerdictSettings) ->
     (2.0 * squares / (n - 1.0)).sqrt()
 }
 
-/// Compares trainings as if they were of two label sources.
+/// Compares trainings as if they belonged to two label sources.
 struct Arms<'a> {
     by_seed: &'a BySeed<'a>,
     settings: &'a VerdictSettings,
@@ -161,7 +161,7 @@ impl Arms<'_> {
     }
 }
 
-/// The seeds in an order that the number of the draw decides.
+/// The seeds in a random order that depends on the number of the draw.
 fn shuffled(seeds: &[u64], number: u64) -> Vec<u64> {
     let mut rng = keyed_rng(number, &["false alarms"]);
     let keyed: BTreeSet<(u64, u64)> = seeds.iter().map(|&seed| (rng.next_u64(), seed)).collect();
@@ -176,7 +176,7 @@ mod tests {
     use crate::tables::tests::row;
     use partprobe_carrier::unit_interval;
 
-    /// Trainings whose scores scatter around the hardness of a shape; every training also has a deviation of its own.
+    /// Trainings whose scores scatter around the difficulty of a shape. Every training also has its own deviation.
     fn trainings(n_seeds: u64, of_training: f64) -> Vec<ScoreRow> {
         let mut rng = keyed_rng(3, &["trainings"]);
         let mut rows = Vec::new();

@@ -1,4 +1,4 @@
-//! Scores embeddings by the nearest ground-truth centroid (GTc): how well the mean embeddings of the parts separate
+//! Scores embeddings by the nearest ground-truth centroid (GTc): it measures how well the mean embeddings of the parts separate
 //! the points, without any clustering.
 
 use crate::confusion::{Confusion, ScoreError};
@@ -7,7 +7,7 @@ use partprobe_carrier::Embeddings;
 
 /// The scores of the nearest ground-truth centroid.
 ///
-/// The paper prints one number and does not say which of the two it is.
+/// The paper prints one number and does not specify which of the two it is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gtc {
     /// Fraction of the points whose nearest centroid is that of their own part.
@@ -18,8 +18,8 @@ pub struct Gtc {
 
 /// Assigns each point to the part whose mean direction has the largest cosine with the embedding of the point.
 ///
-/// The embedding of a point is that of its token. Among equal cosines the lowest label wins. Points with negative labels
-/// are ignored.
+/// The embedding of a point is that of its token. If several cosines are equal, the lowest label is chosen. Points with negative
+/// labels are ignored.
 ///
 /// # Errors
 /// If the lists differ in length, a token has no embedding, or the reference ignores every point.
@@ -43,11 +43,11 @@ pub fn gtc(
     scores_of(&predicted, reference, of_parts.reference_ids())
 }
 
-/// The same with two halves of the tokens: the points of each half go to the centers of the other half.
+/// The same with two halves of the tokens: the points of each half are assigned to the centers of the other half.
 ///
-/// The tokens of each part are dealt out in turn, in their order; the part of a token is that of most of its points. So no
-/// point has a say in the center that it is compared with. A point whose part has no center in the other half is not
-/// scored: that of a part of one token. Returns `None` if no point is left.
+/// The tokens of each part are assigned alternately to the two halves, in their order. The part of a token is that of most of its
+/// points. So no point influences the center that it is compared with. A point whose part has no center in the other half,
+/// because the part has only one token, is not scored. Returns `None` if no point is left.
 ///
 /// # Errors
 /// As for [`gtc`].
@@ -65,7 +65,7 @@ pub fn split_gtc(
         })
     });
 
-    // The first half is scored by the centers of the second, and the other way round.
+    // The first half is scored with the centers of the second half, and vice versa.
     let nearest: Vec<u32> = (0..)
         .zip(embeddings.rows())
         .map(|(token, row)| nearest_direction(row, &centers[usize::from(is_second[token])]))
@@ -95,7 +95,7 @@ fn second_half(of_parts: &Confusion, n_tokens: usize) -> Vec<bool> {
     let mut is_second = vec![false; n_tokens];
     let mut n_dealt = vec![0usize; n_parts];
     for (column, &token) in of_parts.predicted_ids().iter().enumerate() {
-        // The lowest part in a tie.
+        // In a tie, the lowest part is chosen.
         let most = (0..n_parts)
             .rev()
             .max_by_key(|&part| of_parts.count(part, column));
@@ -107,7 +107,7 @@ fn second_half(of_parts: &Confusion, n_tokens: usize) -> Vec<bool> {
     is_second
 }
 
-/// The scores of points that were given to parts, which are named by their index among `parts`.
+/// The scores of points that were assigned to parts. A part is given by its index in `parts`.
 fn scores_of(predicted: &[u32], reference: &[i32], parts: &[i32]) -> Result<Gtc, ScoreError> {
     let confusion = Confusion::new(predicted, reference)?;
     let own_cluster = |label: &i32| {
@@ -123,7 +123,7 @@ fn scores_of(predicted: &[u32], reference: &[i32], parts: &[i32]) -> Result<Gtc,
     })
 }
 
-/// The direction of each part by the tokens that `is_counted` names, or `None` for a part without a point in them.
+/// The direction of each part, from the tokens that satisfy `is_counted`, or `None` for a part without a point in them.
 fn part_directions(
     embeddings: &Embeddings,
     of_parts: &Confusion,
@@ -134,7 +134,7 @@ fn part_directions(
         .collect()
 }
 
-/// The direction of the mean embedding of a part; `of_parts` counts the points of the parts by token.
+/// The direction of the mean embedding of a part. `of_parts` counts the points of the parts by token.
 fn part_direction(
     embeddings: &Embeddings,
     of_parts: &Confusion,
@@ -160,7 +160,7 @@ fn part_direction(
     has_points.then_some(sum)
 }
 
-/// The index of the direction with the largest scalar product; the first of equals.
+/// The index of the direction with the largest scalar product. If several are equal, it is the first one.
 fn nearest_direction(row: &[f32], directions: &[Option<Vec<f64>>]) -> u32 {
     let mut nearest = 0;
     let mut largest = f64::NEG_INFINITY;

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 /// The bins in which scores are reported. The paper has the middle three.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum KBin {
-    /// 1 part. Every clustering of such a shape is right, so its score says nothing.
+    /// 1 part. Every clustering of such a shape is correct, so its score carries no information.
     #[serde(rename = "1")]
     K1,
     /// 2 to 4 parts.
@@ -32,7 +32,7 @@ impl KBin {
         Self::K20Plus,
     ];
 
-    /// About how many of the paper's test shapes are in each of its bins. The paper does not print it: it follows from the
+    /// The approximate fractions of the paper's test shapes in each of its bins. The paper does not print it: it follows from the
     /// means of its bins and of all shapes, and these are rounded.
     pub const PAPER_MIX: [(Self, f64); 3] =
         [(Self::K2To4, 0.4), (Self::K5To9, 0.3), (Self::K10To19, 0.3)];

@@ -8,7 +8,7 @@ use crate::confusion::Confusion;
 use pathfinding::kuhn_munkres::kuhn_munkres;
 use pathfinding::matrix::Matrix;
 
-/// The number of steps into which an IoU is divided, where two matchings agree on the same number of points.
+/// The number of steps into which an IoU is divided. The IoU decides between matchings with the same number of points.
 const IOU_STEPS: i128 = 1 << 30;
 
 /// A one-to-one assignment of clusters to parts, by their indices in a [`Confusion`].
@@ -20,7 +20,8 @@ pub struct Matching {
 
 /// Matches clusters to parts so that as many points as possible agree.
 ///
-/// Among equals the sum of the IoUs decides (to 2⁻³⁰ each). If that is equal too, low ids are matched to low ids.
+/// If several matchings are equal, the sum of the IoUs decides (each to 2⁻³⁰). If that is equal too, low ids are matched to low
+/// ids.
 #[must_use]
 pub fn match_clusters(confusion: &Confusion) -> Matching {
     let mut cluster_of_part = best_assignment(confusion);

@@ -1,4 +1,4 @@
-//! Defines a metric: a named number that one scored shape gives, and that tables average.
+//! Defines a metric: a named number of one scored shape, which tables average.
 
 use crate::gtc::Gtc;
 use crate::scores::ShapeScores;
@@ -6,12 +6,12 @@ use partprobe_carrier::Embeddings;
 use serde::{Serialize, Serializer};
 use std::fmt;
 
-/// All that a metric can read about one shape under one supervision, reference and clusterer.
+/// The data of one shape under one supervision, reference and clusterer that a metric can read.
 #[derive(Clone, Copy, Debug)]
 pub struct ScoredShape<'a> {
     /// The predicted cluster of each point.
     pub predicted: &'a [u32],
-    /// The reference label of each point; negative labels are ignored.
+    /// The reference label of each point. Negative labels are ignored.
     pub reference: &'a [i32],
     /// The token of each point.
     pub token_of_point: &'a [u32],
@@ -31,7 +31,7 @@ pub struct ScoredShape<'a> {
 }
 
 impl<'a> ScoredShape<'a> {
-    /// Clusters that no embeddings were divided for, or whose embeddings are not scored.
+    /// Clusters without embeddings, or with embeddings that are not scored.
     #[must_use]
     pub fn of_clusters(
         predicted: &'a [u32],
@@ -54,7 +54,7 @@ impl<'a> ScoredShape<'a> {
     }
 }
 
-/// A number that says how well the clusters or the embeddings of a shape meet its reference parts.
+/// A number that measures how well the clusters or the embeddings of a shape agree with its reference parts.
 ///
 /// Two metrics are equal if they have the same name. They are ordered as in [`METRICS`](crate::METRICS). Metrics that
 /// are not in the list come after it, by their names.

@@ -9,11 +9,11 @@ use partprobe_cluster::{ClusterError, Clusterer};
 /// The embedded tokens of one shape, and the token of each of its points.
 #[derive(Clone, Copy, Debug)]
 pub struct TokenizedShape<'a> {
-    /// The id of the shape; it keys the random numbers.
+    /// The id of the shape. It is a key of the random numbers.
     pub id: &'a str,
     /// One embedding per token.
     pub embeddings: &'a Embeddings,
-    /// The number of points that each token stands for.
+    /// The number of points of each token.
     pub multiplicity: &'a [u32],
     /// The token of each point.
     pub token_of_point: &'a [u32],
@@ -28,7 +28,7 @@ pub struct OracleScores {
     pub scores: ShapeScores,
 }
 
-/// Why a shape could not be clustered or scored.
+/// The reason why a shape could not be clustered or scored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum OracleError {
@@ -43,7 +43,7 @@ pub enum OracleError {
 /// Clusters the tokens, with their multiplicities, into as many groups as `reference` has parts among the points,
 /// gives each point its token's cluster, and scores all points.
 ///
-/// `seed` decides the clusterer's random numbers; each shape has its own, by its id.
+/// The clusterer's random numbers depend on `seed` and on the id of the shape.
 ///
 /// # Errors
 /// If lists differ in length, a number is not finite, or the reference ignores every point.

@@ -12,7 +12,7 @@ use serde::Serialize;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
-/// A difference with a smaller p-value is more than chance; the intervals are of 1 − this.
+/// A difference with a smaller p-value is more than chance. The level of the intervals is 1 minus this value.
 pub const SIGNIFICANCE: f64 = 0.05;
 
 /// A mean paired difference, and how far it may be due to chance.
@@ -22,7 +22,7 @@ pub struct Difference {
     pub mean: f64,
     /// The number of seeds that both were trained with. With one, nothing is known about the variance between trainings.
     pub n_seeds: usize,
-    /// The standard deviation of the difference between trainings that differ in their seeds alone, or `None` for one seed.
+    /// The standard deviation of the difference between trainings that differ only in their seeds, or `None` for one seed.
     pub seed_deviation: Option<f64>,
     /// The standard error of the mean, or `None` if there are too few groups of shapes.
     pub standard_error: Option<f64>,
@@ -55,9 +55,9 @@ pub(crate) fn by_group_and_seed<'a>(
 
 /// The test of a mean difference. Returns `None` without any difference.
 ///
-/// Each group has a sum for each seed, in the same order. `seed_variance` is the variance of the difference between trainings, if it is
-/// known from many other trainings. Then the seeds are not drawn, since two or three of them say little about their variance:
-/// the known variance is taken, or that of these seeds if it is larger.
+/// Each group has one sum per seed, in the same order. `seed_variance` is the variance of the difference between trainings, if it
+/// is known from many other trainings. Then the seeds are not drawn, because two or three of them give little information about
+/// their variance: the known variance is taken, or that of these seeds if it is larger.
 pub(crate) fn paired_difference(
     groups: &[GroupOfSeeds],
     seed_variance: Option<f64>,
@@ -103,7 +103,7 @@ pub(crate) fn paired_difference(
     Some(difference)
 }
 
-/// The groups with the seeds added up, as if they were one.
+/// The groups with the sums of their seeds added, as if there were one seed.
 fn without_seeds(groups: &[GroupOfSeeds]) -> Vec<GroupOfSeeds> {
     groups
         .iter()
@@ -116,7 +116,7 @@ struct Moments {
     mean: f64,
     /// The variance of the mean that comes from the choice of the shapes, robust to groups of related shapes.
     group_variance: f64,
-    /// The variance of the difference between seeds; 0 for one seed.
+    /// The variance of the difference between seeds. It is 0 for one seed.
     seed_variance: f64,
     n_seeds: usize,
 }
@@ -168,7 +168,7 @@ fn total(sums: impl Iterator<Item = GroupSum>) -> GroupSum {
     })
 }
 
-/// 0 for fewer than two values.
+/// The variance of a sample. It is 0 for fewer than two values.
 fn sample_variance(values: &[f64]) -> f64 {
     let n = values.len() as f64;
     if values.len() < 2 {
@@ -182,7 +182,7 @@ fn sample_variance(values: &[f64]) -> f64 {
         / (n - 1.0)
 }
 
-/// How far the means of the draws are from the mean of the data, in units of the standard error of the draw, sorted.
+/// The distances of the means of the draws from the mean of the data, in units of the standard error of the draw, sorted.
 fn drawn_distances(
     groups: &[GroupOfSeeds],
     mean: f64,
@@ -207,9 +207,9 @@ fn drawn_distances(
     distances
 }
 
-/// The distance beyond which [`p_value`] is below the limit, as far as so many draws can show it.
+/// The distance beyond which [`p_value`] is below the limit, as far as this number of draws can show it.
 fn distance_beyond(sorted: &[f64], limit: f64) -> f64 {
-    // With one draw more that is as far away, p would reach the limit.
+    // With one more draw at this distance, p would reach the limit.
     let n_as_far = (limit * (sorted.len() + 1) as f64).ceil() as usize;
     let n_as_far = n_as_far.saturating_sub(1).max(1);
     let idx = sorted.len().saturating_sub(n_as_far);
@@ -235,7 +235,7 @@ pub(crate) fn least_draws(n_tests: usize) -> usize {
     (n_tests as f64 / SIGNIFICANCE).ceil() as usize
 }
 
-/// Holm's correction (1979): p-values that hold together for all of these tests.
+/// Holm's correction (1979): p-values that are corrected for the number of tests.
 pub(crate) fn holm(p: &[f64]) -> Vec<f64> {
     let mut order: Vec<usize> = (0..p.len()).collect();
     order.sort_by(|&a, &b| p[a].total_cmp(&p[b]));

@@ -1,7 +1,7 @@
-//! Scores what any program predicts for the points of a shape: clusters, or embeddings with a row per point.
+//! Scores predictions of any program for the points of a shape: clusters, or embeddings with one row per point.
 //!
-//! Predictions and reference labels go in, the metrics of the list come out. Equal rows are clustered as one, with the number of
-//! their points.
+//! Predictions and reference labels go in, and the metrics of the list come out. Equal rows are clustered as one, with the number
+//! of their points.
 
 use crate::best_cut::best_cut_ari;
 use crate::confusion::ScoreError;
@@ -13,7 +13,8 @@ use partprobe_carrier::{Embeddings, EmbeddingsError};
 use partprobe_cluster::{AverageLinkTree, Clusterer};
 use std::collections::{BTreeMap, HashMap};
 
-/// The best cut is not looked for among more rows: the time of the tree grows with their square.
+/// The largest number of rows for which the best cut is computed. The time of the tree grows with the square of the number of
+/// rows.
 const MAX_ROWS_OF_TREE: usize = 4096;
 
 /// The scores of the points of one shape.
@@ -33,7 +34,8 @@ impl PointScores {
         }
     }
 
-    /// The scores of predicted clusters. Points with a negative cluster are one more cluster, which agrees with at most one part.
+    /// The scores of predicted clusters. Points with a negative cluster form one additional cluster, which agrees with at most
+    /// one part.
     ///
     /// `near_boundary` says for each point whether it is near a boundary of the reference, if positions are known.
     ///
@@ -99,7 +101,7 @@ impl PointEmbeddings {
 
     /// Clusters the rows into as many clusters as the reference has parts, and scores the clusters and the rows.
     ///
-    /// `id` and `seed` key the random numbers of the clusterer; `near_boundary` is as for [`PointScores::of_clusters`].
+    /// The random numbers of the clusterer depend on `id` and `seed`. `near_boundary` is as for [`PointScores::of_clusters`].
     ///
     /// # Errors
     /// If there is not one row per point, a number is not finite, or the reference ignores every point.

@@ -1,7 +1,7 @@
-//! Probes what rows of numbers tell about classes: by a linear map and by the nearest row, each learned on one half.
+//! Measures the information of rows of numbers about classes: by a linear map and by the nearest row, each learned on one half.
 //!
-//! Rows with their classes go in, the accuracy on the other half comes out. No clustering and no number of parts is involved, so
-//! that neither a coarse nor a fine source of labels has an advantage.
+//! Rows with their classes go in, and the accuracy on the other half comes out. No clustering and no number of parts is involved,
+//! so neither a coarse nor a fine source of labels has an advantage.
 
 use partprobe_carrier::Embeddings;
 use serde::Serialize;
@@ -22,11 +22,11 @@ pub struct ProbeScore {
 /// The scores of both probes.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ProbeScores {
-    /// Least squares onto one column per class, with a constant and a small ridge; the largest column wins.
+    /// Least squares onto one column per class, with a constant and a small ridge. The class with the largest value is predicted.
     pub linear: ProbeScore,
     /// The class of the learned row with the largest cosine.
     pub nearest: ProbeScore,
-    /// The most frequent class of the learned rows, whatever the row: what a probe must pass to say anything.
+    /// The most frequent class of the learned rows, predicted for every row. A useful probe must be better than this.
     pub majority: ProbeScore,
     /// Rows that were learned.
     pub n_learned: usize,
@@ -36,7 +36,7 @@ pub struct ProbeScores {
     pub n_classes: usize,
 }
 
-/// Learns on the rows that `is_learned` names, and scores the others. Returns `None` if one of the two has no rows.
+/// Learns on the rows for which `is_learned` is true, and scores the others. Returns `None` if one of the two has no rows.
 ///
 /// # Shapes
 /// - rows: `[row, dim]`
@@ -75,7 +75,7 @@ pub fn probe(rows: &Embeddings, classes: &[u32], is_learned: &[bool]) -> Option<
     })
 }
 
-/// The class that most of these rows have; the smallest number among equals.
+/// The class that most of these rows have. If several are equal, it is the smallest number.
 fn most_frequent(rows: &[usize], classes: &[u32]) -> u32 {
     let mut counts: BTreeMap<u32, usize> = BTreeMap::new();
     for &row in rows {
@@ -101,7 +101,7 @@ fn score(predicted: &[u32], truth: &[u32], distinct: &[u32]) -> ProbeScore {
     }
 }
 
-/// The learned row with the largest cosine; the first of equals.
+/// The learned row with the largest cosine. If several are equal, it is the first one.
 fn nearest(rows: &Embeddings, row: usize, learned: &[usize]) -> usize {
     let dot = |a: &[f32], b: &[f32]| -> f32 { a.iter().zip(b).map(|(x, y)| x * y).sum() };
     let own = rows.row(row);
@@ -147,7 +147,7 @@ impl LinearMap {
         Self { columns }
     }
 
-    /// The class with the largest value; the first of equals.
+    /// The class with the largest value. If several are equal, it is the first one.
     fn class(&self, row: &[f32]) -> u32 {
         let inputs = with_constant(row);
         let mut best = 0;
@@ -204,7 +204,7 @@ mod tests {
 
     #[test]
     fn classes_that_lie_apart_are_found_by_both_probes() {
-        // Three bundles; each second row is learned. The last row looks like class 0 and is class 1.
+        // Three bundles, of which every second row is learned. The last row is in the bundle of class 0 but has class 1.
         let row = |degrees: f32| [degrees.to_radians().cos(), degrees.to_radians().sin()];
         let degrees = [0.0, 2.0, 4.0, 6.0, 120.0, 121.0, 122.0, 240.0, 243.0, 3.0];
         let classes = [0, 0, 0, 0, 1, 1, 1, 2, 2, 1];

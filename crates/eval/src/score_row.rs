@@ -1,4 +1,4 @@
-//! Defines the scores of one shape, as a line of `scores.jsonl` holds them.
+//! Defines the scores of one shape: a line of `scores.jsonl`.
 
 use crate::metric::Metric;
 use crate::metrics::METRICS;
@@ -18,9 +18,9 @@ pub struct ScoreRow {
     pub reference: String,
     /// The algorithm that made the clusters.
     pub clusterer: String,
-    /// The number of reference parts that have a point, and of clusters that the clusterer was asked for.
+    /// The number of reference parts that have a point. It is also the number of clusters that was requested.
     pub k: usize,
-    /// The value of each metric; a metric without a value is absent here, and null in the line.
+    /// The value of each metric. A metric without a value is absent here and null in the line.
     #[serde(flatten, with = "scores_in_line")]
     pub scores: BTreeMap<Metric, f64>,
     /// The group of related shapes that the bootstrap draws together.

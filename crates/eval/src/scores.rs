@@ -8,13 +8,13 @@ use crate::matching::match_clusters;
 pub struct ShapeScores {
     /// The number of reference parts that have at least one point.
     pub k: usize,
-    /// Mean IoU over those parts; a part without a matched cluster counts 0.
+    /// Mean IoU over those parts. A part without a matched cluster counts 0.
     pub miou: f64,
     /// Fraction of the points whose cluster is the one that is matched to their part.
     pub accuracy: f64,
 }
 
-/// Matches the clusters to the parts and scores the result; points with a negative reference label are ignored.
+/// Matches the clusters to the parts and scores the result. Points with a negative reference label are ignored.
 ///
 /// # Errors
 /// If the lists differ in length, or the reference ignores every point.

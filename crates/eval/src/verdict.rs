@@ -1,8 +1,8 @@
 //! Decides between two label sources while their backbones are still being trained, seed by seed.
 //!
-//! Scores of the seeds that are done go in, and a [`Look`] at them comes out. There are three looks. A difference that would be more
-//! than chance in a single test may be chance if one looks three times, so the first looks ask for more: their limits are
-//! those of O'Brien and Fleming (1979, "A multiple testing procedure for clinical trials") for an error of 5 % in total.
+//! Scores of the seeds that are done go in, and a [`Look`] at them comes out. There are three looks. A difference that would be
+//! more than chance in a single test may be chance if there are three looks, so the first looks have stricter limits. The limits
+//! are those of O'Brien and Fleming (1979, "A multiple testing procedure for clinical trials") for an error of 5 % in total.
 
 use crate::bootstrap::Bootstrap;
 use crate::k_bin::KBin;
@@ -16,25 +16,25 @@ use std::collections::{BTreeMap, BTreeSet};
 /// The largest p-value at which each look decides.
 pub const LOOK_LIMITS: [f64; 3] = [0.000_52, 0.014_11, 0.045_07];
 
-/// What is compared.
+/// The settings of a comparison.
 #[derive(Clone, Debug, PartialEq)]
 pub struct VerdictSettings {
     /// The label source in question, and the one that it is compared with.
     pub compared: [String; 2],
-    /// The label sources that clusters are scored against. The difference of a shape is its mean over them: with both sources as
-    /// referees, neither has an advantage at home.
+    /// The label sources that clusters are scored against. The difference of a shape is its mean over them. If both sources are
+    /// references, neither has a home advantage.
     pub references: Vec<String>,
     /// The clusterer.
     pub clusterer: String,
     /// The metric.
     pub metric: Metric,
-    /// The standard deviation of a difference between two trainings that differ in their seeds alone, from other trainings.
+    /// The standard deviation of a difference between two trainings that differ only in their seeds, from other trainings.
     pub seed_deviation: f64,
     /// How the interval is drawn.
     pub bootstrap: Bootstrap,
 }
 
-/// What the scores of the seeds so far say.
+/// The result of the scores of the seeds so far.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Verdict {
@@ -49,31 +49,31 @@ pub enum Verdict {
 /// One look at the scores.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Look {
-    /// The number of this look, from 1: so many seeds are done.
+    /// The number of this look, counted from 1. It is also the number of seeds that are done.
     pub number: usize,
     /// The mean difference, the first source minus the second, with its interval.
     pub difference: Difference,
     /// The largest p-value at which this look decides.
     pub limit: f64,
-    /// What it says.
+    /// The verdict.
     pub verdict: Verdict,
     /// The number of shapes with 2 to 19 parts.
     pub n_shapes: usize,
     /// The number of groups of related shapes among them.
     pub n_groups: usize,
-    /// The variance of the difference that more seeds cannot lower, since it comes from the choice of the shapes.
+    /// The variance of the difference that more seeds cannot reduce, because it comes from the choice of the shapes.
     shape_variance: f64,
     /// The variance of the difference between seeds.
     seed_variance: f64,
 }
 
-/// What it would take to tell the difference that a look has found.
+/// The number of seeds or shapes that is needed to show the difference that a look has found.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Needed {
-    /// So many seeds of each source.
+    /// This number of seeds per source.
     Seeds(usize),
-    /// No number of seeds would do: so many test shapes, which differ as much as these.
+    /// No number of seeds is enough. This number of test shapes is needed, if they differ as much as these.
     Shapes(usize),
 }
 
@@ -95,10 +95,10 @@ pub enum VerdictError {
     },
 }
 
-/// A smaller difference is not worth the hours.
+/// The smallest difference that is worth the training time.
 const SMALLEST_OF_INTEREST: f64 = 0.01;
 
-/// Standard errors that a difference must have to be told, at the last look.
+/// The number of standard errors that a difference must have at the last look.
 const ERRORS_TO_TELL: f64 = 2.004;
 
 /// Looks at the scores of the seeds that are done. The number of the look is that of the seeds.
@@ -143,13 +143,14 @@ pub fn look(rows: &[ScoreRow], settings: &VerdictSettings) -> Result<Look, Verdi
 }
 
 impl Look {
-    /// Whether no further seed is needed: it has decided, or it is the last one.
+    /// Whether no further seed is needed, because this look has decided or is the last one.
     #[must_use]
     pub fn is_last(&self) -> bool {
         self.verdict != Verdict::CannotTell || self.number >= LOOK_LIMITS.len()
     }
 
-    /// What it would take to tell a difference as large as the one that was found, or of 0.01 if that is larger.
+    /// The number of seeds or shapes that is needed to show a difference as large as the one that was found, or of 0.01 if that
+    /// is larger.
     #[must_use]
     pub fn needed(&self) -> Needed {
         let difference = self.difference.mean.abs().max(SMALLEST_OF_INTEREST);
@@ -159,7 +160,7 @@ impl Look {
             let n_seeds = (self.seed_variance / left).ceil() as usize;
             return Needed::Seeds(n_seeds.max(self.number + 1));
         }
-        // The variance falls with the number of shapes; half of it is left to the seeds.
+        // The variance is inversely proportional to the number of shapes. Half of it is reserved for the seeds.
         let factor = self.shape_variance / (0.5 * allowed);
         Needed::Shapes((self.n_shapes as f64 * factor).ceil() as usize)
     }
@@ -237,7 +238,7 @@ impl<'a> Scores<'a> {
             return;
         };
         self.group = &row.group;
-        // The first reference decides whether the shape has few enough parts.
+        // The first reference determines whether the shape has few enough parts.
         self.is_in_mean |= reference == 0 && KBin::of(row.k).is_in_mean();
         if let Some(value) = settings.metric.of(row) {
             self.of.insert((source, reference), value);
@@ -308,7 +309,7 @@ mod tests {
             ([0.2, 0.2], 1, Verdict::Better),
             ([-0.2, -0.2], 1, Verdict::Worse),
             ([0.0, 0.0], 3, Verdict::CannotTell),
-            // What each source wins at home says nothing.
+            // Each source wins at home by the same amount, so there is no verdict.
             ([0.1, -0.1], 3, Verdict::CannotTell),
         ] {
             let found = look(&scores(40, n_seeds, differences), &both).unwrap();

@@ -1,4 +1,4 @@
-//! Defines a metric outside the workspace's libraries, through their public functions and types alone.
+//! Defines a metric outside the workspace's libraries, using only their public functions and types.
 
 #![allow(
     clippy::unwrap_used,

@@ -27,7 +27,8 @@ pub fn adjusted_rand_index(confusion: &Confusion) -> f64 {
     index_of_pair_counts(together, in_parts, in_clusters, all)
 }
 
-/// The index from the numbers of pairs: those that are in one part and one cluster, in one part, in one cluster, and all.
+/// The index from the numbers of pairs of points: pairs in the same part and the same cluster, in the same part, in the same
+/// cluster, and all pairs.
 pub(crate) fn index_of_pair_counts(
     together: f64,
     in_parts: f64,
@@ -46,7 +47,7 @@ pub(crate) fn index_of_pair_counts(
     }
 }
 
-/// How many pairs so many points make.
+/// The number of pairs of `n` points.
 fn pairs(n: u64) -> f64 {
     let n = n as f64;
     0.5 * n * (n - 1.0)
@@ -76,7 +77,7 @@ mod tests {
         check(&[0, 0, 0], &[0, 0, 0], 1.0);
         check(&[0, 1, 2], &[2, 1, 0], 1.0);
         check(&[0, 0, 0, 0], &[0, 0, 1, 1], 0.0);
-        // The third point has no label in one of them.
+        // The third point has no label in one of the labelings.
         check(&[0, 0, -1, 1, 1], &[5, 5, 5, 3, 3], 1.0);
         check(&[-1, -1], &[0, 1], 1.0);
     }

@@ -7,8 +7,8 @@ pub type Border = [Point; 2];
 
 /// Finds the sides at which two triangles with different labels meet, in the order of the sides' vertices.
 ///
-/// `labels` has one label per triangle. A triangle with a negative label has no border: nothing is known of it. A side
-/// with more than two triangles is a border if any two of their labels differ, and stands in the list once.
+/// `labels` has one label per triangle. A triangle with a negative label has no border, because its label is unknown. A side with
+/// more than two triangles is a border if any two of their labels differ, and is listed once.
 #[must_use]
 pub fn label_borders(mesh: &WeldedMesh, labels: &[i32]) -> Vec<Border> {
     let mut sides: Vec<([u32; 2], i32)> = Vec::with_capacity(3 * mesh.triangles.len());

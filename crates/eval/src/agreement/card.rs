@@ -1,4 +1,4 @@
-//! Makes the card of a set of sources: what their labels are like, and how far each two of them are apart.
+//! Makes the card of a set of sources: properties of their labels, and the agreement of each two sources.
 
 use super::rows::RefusedShape;
 use super::statistic::{Statistic, statistic};
@@ -17,7 +17,7 @@ pub struct CardRow {
     pub group: String,
     /// The source.
     pub source: String,
-    /// How many labels the triangles have.
+    /// The number of labels of the triangles.
     pub n_labels: u32,
     /// See [`super::size_entropy`].
     pub size_entropy: f64,
@@ -41,11 +41,11 @@ pub struct PairRow {
 /// The card of a set of sources.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CardTables {
-    /// One entry for each source that has labeled a shape.
+    /// One entry per source that has labeled a shape.
     pub sources: Vec<SourceCard>,
-    /// One entry for each two sources that have labeled the same shape.
+    /// One entry per pair of sources that have labeled the same shape.
     pub pairs: Vec<PairCard>,
-    /// The shapes on which two sources differ most, the farthest apart first; each shape stands here once.
+    /// The shapes on which two sources differ most, beginning with the largest difference. Each shape is listed once.
     pub most_different: Vec<PairRow>,
     /// The shapes that a source refused.
     pub refused: Vec<RefusedShape>,
@@ -62,7 +62,7 @@ pub struct SourceCard {
     pub n_labels: Statistic,
     /// The smallest, the middle and the largest number of labels.
     pub label_range: [u32; 3],
-    /// The fraction of the shapes with one label only: nothing can be learned from them.
+    /// The fraction of the shapes with only one label. Nothing can be learned from them.
     pub fraction_single: f64,
     /// The fraction of the shapes with at least 20 labels: the cap of the paper's exporter.
     pub fraction_at_cap: f64,
@@ -81,7 +81,7 @@ pub struct PairCard {
     pub ari: Statistic,
 }
 
-/// Makes the card. `sources` gives the order of the entries; `n_most` is how many of the most different shapes are kept.
+/// Makes the card. `sources` gives the order of the entries. `n_most` is the number of most different shapes that are kept.
 ///
 /// The order of the rows does not matter.
 #[must_use]
@@ -152,7 +152,7 @@ fn source_card(rows: &[&CardRow], bootstrap: Bootstrap) -> Option<SourceCard> {
     })
 }
 
-/// The farthest pair of each shape, the farthest shape first; the lower id at a tie.
+/// The most different pair of sources of each shape, sorted by difference. In a tie, the lower id comes first.
 fn most_different(pairs: &[PairRow], n_most: usize) -> Vec<PairRow> {
     let mut ranked: Vec<&PairRow> = pairs.iter().collect();
     ranked.sort_by(|a, b| a.ari.total_cmp(&b.ari).then_with(|| a.shape.cmp(&b.shape)));
@@ -244,7 +244,7 @@ impl CardTables {
     /// Everything, in full precision.
     #[must_use]
     pub fn to_json(&self) -> String {
-        // Text, numbers and lists always serialize; the fallback keeps the function free of panics.
+        // Text, numbers and lists always serialize. The fallback only avoids a panic.
         serde_json::to_string_pretty(self)
             .map(|json| json + "\n")
             .unwrap_or_default()

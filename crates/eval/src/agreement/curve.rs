@@ -1,4 +1,4 @@
-//! Computes agreement as a function of where a point is: near or far from a border, on a thin or a thick wall.
+//! Computes agreement as a function of the position of a point: its distance from a border, and the thickness of its wall.
 
 use serde::{Deserialize, Serialize};
 
@@ -13,7 +13,7 @@ pub const THICKNESS_LIMITS: [f64; 8] = [0.01, 0.02, 0.04, 0.08, 0.16, 0.32, 0.64
 pub struct AgreementBin {
     /// Points that the reference labels.
     pub n_points: u64,
-    /// Those whose label is the one that is matched to their reference part.
+    /// Points whose label is matched to their reference part.
     pub n_agreeing: u64,
 }
 
@@ -25,7 +25,7 @@ impl AgreementBin {
     }
 }
 
-/// Sorts points into bins; a value that is not a number is in no bin.
+/// Sorts points into bins. A value that is NaN is in no bin.
 pub(super) fn binned(values: &[f64], agrees: &[Option<bool>], limits: &[f64]) -> Vec<AgreementBin> {
     let mut bins = vec![AgreementBin::default(); limits.len()];
     for (&value, agrees) in values.iter().zip(agrees) {

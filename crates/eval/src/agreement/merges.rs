@@ -2,9 +2,10 @@
 
 use crate::confusion::Confusion;
 
-/// Merges: for each label of the source, the reference parts that have more than half of their points under it, less one.
+/// The number of merges: for each label of the source, the number of reference parts that have more than half of their points
+/// under it, minus one.
 ///
-/// The sum over all labels is how many parts a reader of the labels cannot tell from another part.
+/// The result is the sum over all labels. It counts the parts that the labels do not distinguish from another part.
 #[must_use]
 pub fn n_merges(confusion: &Confusion) -> u64 {
     let mut under = vec![0; confusion.predicted_ids().len()];
@@ -18,9 +19,10 @@ pub fn n_merges(confusion: &Confusion) -> u64 {
     beyond_the_first(&under)
 }
 
-/// Splits: for each reference part, the labels that have more than half of their points in it, less one.
+/// The number of splits: for each reference part, the number of labels that have more than half of their points in it, minus one.
 ///
-/// The sum over all parts is how many labels are only a fraction of a part that another label covers too.
+/// The result is the sum over all parts. It counts the labels that cover only a fraction of a part which another label also
+/// covers.
 #[must_use]
 pub fn n_splits(confusion: &Confusion) -> u64 {
     let mut inside = vec![0; confusion.reference_ids().len()];
@@ -58,7 +60,7 @@ mod tests {
         check(&[0, 1, 2, 3, 3], &[4, 4, 4, 2, 2], 0, 2);
         // Each label has exactly half of each part: nothing is merged, nothing is split.
         check(&[0, 1, 0, 1], &[4, 4, 2, 2], 0, 0);
-        // Unlabeled points count in their part: one point of three is no majority.
+        // Unlabeled points count in their part: one point of three is not a majority.
         check(&[0, -1, -1, 0, 0], &[4, 4, 4, 2, 2], 0, 0);
     }
 }

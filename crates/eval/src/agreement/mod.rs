@@ -1,8 +1,8 @@
 //! Compares two label sources on the same shapes (paper §4.3 and §4.4), without any training.
 //!
-//! What goes in are labels of the same points by both sources, the labeled triangles of a carrier, and afterwards one row
-//! per shape, source and channel. What comes out are scores of a shape and tables over all shapes.
-//! Nothing here chooses points, moves labels from one mesh to another, opens a file or prints.
+//! Labels of the same points by both sources, the labeled triangles of a carrier, and afterwards one row per shape, source and
+//! channel go in. Scores of a shape and tables over all shapes come out. Nothing here chooses points, moves labels from one mesh
+//! to another, opens a file or prints.
 
 mod ari;
 mod borders;

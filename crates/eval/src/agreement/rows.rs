@@ -3,7 +3,7 @@
 use super::shape::ShapeAgreement;
 use serde::{Deserialize, Serialize};
 
-/// What the reference itself scores after its labels went through the same channel: no source can score more by merit.
+/// The scores of the reference itself after its labels passed through the same channel. No source can really score more.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CeilingScores {
     /// The accuracy.
@@ -15,7 +15,7 @@ pub struct CeilingScores {
 }
 
 impl CeilingScores {
-    /// The ceiling that the reference's own agreement with itself is.
+    /// The ceiling, from the agreement of the reference with itself.
     #[must_use]
     pub fn of(reference_through_channel: &ShapeAgreement) -> Self {
         Self {
@@ -35,7 +35,7 @@ pub struct AgreementRow {
     pub group: String,
     /// The label source that is compared.
     pub source: String,
-    /// How its labels came to the points, for example `index`.
+    /// The channel by which its labels were carried to the points, for example `index`.
     pub channel: String,
     /// The agreement.
     #[serde(flatten)]
@@ -44,10 +44,10 @@ pub struct AgreementRow {
     pub ceiling: CeilingScores,
 }
 
-/// A shape that a source cannot label, or a shape that nobody could be compared on.
+/// A shape that a source cannot label, or a shape on which no source could be compared.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct RefusedShape {
-    /// The source that refused; the reference if the shape takes no part at all.
+    /// The source that refused, or the reference if the shape is not compared at all.
     pub source: String,
     /// The id of the shape.
     pub shape: String,

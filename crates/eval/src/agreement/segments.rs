@@ -5,7 +5,7 @@ use partprobe_carrier::Point;
 use rstar::primitives::Line;
 use rstar::{PointDistance, RTree};
 
-/// Borders in a tree, so that the nearest one of a point is found quickly.
+/// Borders in a tree, so that the border nearest to a point is found quickly.
 #[derive(Debug)]
 pub struct BorderTree {
     tree: RTree<Line<Point>>,

@@ -1,4 +1,4 @@
-//! Holds all that is measured when one source's labels of a shape are compared with the reference's.
+//! Holds all measures of the comparison of one source's labels of a shape with those of the reference.
 
 use super::ari::adjusted_rand_index;
 use super::curve::{AgreementBin, DISTANCE_LIMITS, THICKNESS_LIMITS, binned};
@@ -11,19 +11,19 @@ use serde::{Deserialize, Serialize};
 /// The half-widths of the bands around reference borders, as fractions of the bounding box's diagonal.
 pub const BANDS: [f64; 4] = [0.0025, 0.005, 0.01, 0.02];
 
-/// Where the points of a shape are; each list has one value per point.
+/// The positions of the points of a shape. Each list has one value per point.
 #[derive(Clone, Copy, Debug)]
 pub struct PointPositions<'a> {
-    /// Distance to the nearest border of the reference, as a fraction of the diagonal; NaN if there is no border.
+    /// Distance to the nearest border of the reference, as a fraction of the diagonal. It is NaN if there is no border.
     pub border_distance: &'a [f64],
-    /// Distance to the opposite wall, as a fraction of the diagonal; NaN if there is no such wall.
+    /// Distance to the opposite wall, as a fraction of the diagonal. It is NaN if there is no such wall.
     pub thickness: &'a [f64],
 }
 
 /// How well the labels of one source agree with those of the reference on one shape.
 ///
-/// Labels are matched one to one so that as many points as possible agree. Scores are from 0 to 1; only the adjusted Rand
-/// index may be negative.
+/// Labels are matched one to one so that as many points as possible agree. Scores are from 0 to 1. Only the adjusted Rand index
+/// may be negative.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ShapeAgreement {
     /// Reference parts that have a point.
@@ -32,7 +32,7 @@ pub struct ShapeAgreement {
     pub n_labels: usize,
     /// Fraction of the points whose label is the one that is matched to their part.
     pub accuracy: f64,
-    /// Mean IoU over the reference parts; a part without a matched label counts 0.
+    /// Mean IoU over the reference parts. A part without a matched label counts 0.
     pub miou: f64,
     /// The adjusted Rand index.
     pub ari: f64,
@@ -50,7 +50,7 @@ pub struct ShapeAgreement {
 
 /// Compares the labels of the same points by a source and by the reference.
 ///
-/// Points with a negative reference label count nowhere; points with a negative label of the source agree with no part.
+/// Points with a negative reference label do not count. Points with a negative label of the source agree with no part.
 ///
 /// # Errors
 /// If the lists differ in length, or the reference ignores every point.
@@ -87,7 +87,7 @@ pub fn agreement(
     })
 }
 
-/// Whether each point has the label that is matched to its part; `None` if the reference ignores the point.
+/// Whether each point has the label that is matched to its part, or `None` if the reference ignores the point.
 fn agreeing(
     labels: &[i32],
     reference: &[i32],

@@ -12,7 +12,7 @@ pub struct Statistic {
     pub mean: f64,
     /// The standard deviation over the shapes. `None` if there is only one.
     pub deviation: Option<f64>,
-    /// Where the mean lies in 95 % of the bootstrap draws. `None` if there are fewer than two groups.
+    /// The interval that contains the mean of 95 % of the bootstrap draws. `None` if there are fewer than two groups.
     pub interval: Option<Interval>,
     /// How many shapes have a value.
     pub n_shapes: usize,
@@ -20,8 +20,7 @@ pub struct Statistic {
 
 /// Averages values of shapes, each with its group of related shapes. Returns `None` if there is no value.
 ///
-/// Groups are drawn together by the bootstrap. The order of the values does not change the interval; sums are in the order
-/// given.
+/// Groups are drawn together by the bootstrap. The order of the values does not change the interval. Sums are in the given order.
 #[must_use]
 pub fn statistic<'a>(
     values: impl Iterator<Item = (&'a str, f64)>,
@@ -42,7 +41,7 @@ pub fn statistic<'a>(
         sum.n += 1;
     }
     let groups: Vec<GroupSum> = groups.into_values().collect();
-    // One stream for all numbers: each draw takes the same shapes for each of them.
+    // All numbers use the same random stream, so each draw takes the same shapes for each of them.
     let mut rng = keyed_rng(bootstrap.seed, &["agreement"]);
     Some(Statistic {
         mean,

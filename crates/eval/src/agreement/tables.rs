@@ -1,4 +1,4 @@
-//! Averages the rows of shapes: over all of them, by their number of parts, and by where the points are.
+//! Averages the rows of shapes: over all of them, by their number of parts, and by the positions of the points.
 
 use super::curve::{AgreementBin, DISTANCE_LIMITS, THICKNESS_LIMITS};
 use super::rows::{AgreementMetric, AgreementRow, RefusedShape};
@@ -9,7 +9,7 @@ use crate::k_bin::KBin;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// What tables are made with, and what stands above them.
+/// The settings of the tables, and the text above them.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct AgreementTablesSettings {
     /// The reference source.
@@ -28,10 +28,10 @@ pub struct AgreementTablesSettings {
 /// All tables of a comparison.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct AgreementTables {
-    /// What they were made with.
+    /// The settings with which they were made.
     #[serde(flatten)]
     pub settings: AgreementTablesSettings,
-    /// One table row for each channel and source that has a shape.
+    /// One table row per channel and source with at least one shape.
     pub tables: Vec<AgreementTable>,
     /// The shapes that a source refused, by source and shape.
     pub refused: Vec<RefusedShape>,
@@ -48,7 +48,7 @@ pub struct AgreementTable {
     pub n_shapes: usize,
     /// Shapes on which the source has at least 20 labels, as a fraction: the cap of the paper's exporter.
     pub fraction_at_cap: f64,
-    /// Every number by its name; a number that no shape has is absent.
+    /// Every number by its name. A number that no shape has is absent.
     pub statistics: BTreeMap<String, Statistic>,
     /// Scores by the number of reference parts.
     pub bins: Vec<KBinAgreement>,
@@ -61,7 +61,7 @@ pub struct AgreementTable {
 /// The labels of a capped source.
 pub(super) const CAP: usize = 20;
 
-/// The shapes with so many parts.
+/// The shapes with a number of parts in one bin.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct KBinAgreement {
     /// The bin.
@@ -89,7 +89,7 @@ pub struct CurvePoint {
     pub fraction_of_points: f64,
 }
 
-/// Averages rows; the order of the rows and of the refused shapes does not matter.
+/// Averages rows. The order of the rows and of the refused shapes does not matter.
 #[must_use]
 pub fn agreement_tables(
     rows: &[AgreementRow],
@@ -115,7 +115,7 @@ pub fn agreement_tables(
     }
 }
 
-/// One source through one channel; `rows` are not empty.
+/// One source through one channel. `rows` must not be empty.
 fn table(rows: &[&AgreementRow], bootstrap: Bootstrap) -> AgreementTable {
     let over = |of: fn(&AgreementRow) -> Option<f64>| of_rows(rows, of, bootstrap);
     let named = |metric: &AgreementMetric| Some((metric.name.to_owned(), over(metric.of)?));

@@ -46,7 +46,7 @@ impl AgreementTables {
         text
     }
 
-    /// The table of a comparison of tessellations: a row for each source and pair, the reference being the first tessellation.
+    /// The table of a comparison of tessellations: one row per source and pair. The reference is the first tessellation.
     #[must_use]
     pub fn to_tessellation_markdown(&self) -> String {
         let names = [
@@ -85,7 +85,7 @@ impl AgreementTables {
         text + &refused_lines(&self.refused)
     }
 
-    /// One line for each channel, source and number; six decimals.
+    /// One line per channel, source and number, with six decimals.
     #[must_use]
     pub fn to_csv(&self) -> String {
         let mut text = String::from("channel,source,number,mean,deviation,low,high,n_shapes\n");
@@ -98,7 +98,7 @@ impl AgreementTables {
         text
     }
 
-    /// One line for each point of the two curves; six decimals.
+    /// One line per point of the two curves, with six decimals.
     #[must_use]
     pub fn curves_csv(&self) -> String {
         let mut text = String::from(
@@ -131,7 +131,7 @@ impl AgreementTables {
         text
     }
 
-    /// One line for each shape that a source refused.
+    /// One line per shape that a source refused.
     #[must_use]
     pub fn refused_csv(&self) -> String {
         let line = |refused: &RefusedShape| {
@@ -145,7 +145,7 @@ impl AgreementTables {
     /// Everything, in full precision.
     #[must_use]
     pub fn to_json(&self) -> String {
-        // Maps with text keys, numbers and text always serialize; the fallback keeps the function free of panics.
+        // Maps with text keys, numbers and text always serialize. The fallback only avoids a panic.
         serde_json::to_string_pretty(self)
             .map(|json| json + "\n")
             .unwrap_or_default()
@@ -160,7 +160,7 @@ impl AgreementRow {
         format!("shape,source,channel,{}\n", names.join(","))
     }
 
-    /// The row as a line of a CSV file; six decimals. A number that the shape does not have is empty.
+    /// The row as a line of a CSV file, with six decimals. A number that the shape does not have is empty.
     #[must_use]
     pub fn to_csv(&self) -> String {
         let value = |metric: AgreementMetric| {
@@ -334,7 +334,8 @@ fn with_interval(statistic: Option<&Statistic>) -> String {
     }
 }
 
-/// A list of what was refused: for each source and reason, how many shapes and the first of them. Empty if nothing was.
+/// A list of the refusals: for each source and reason, the number of shapes and the first of them. It is empty if nothing was
+/// refused.
 pub(super) fn refused_lines(refused: &[RefusedShape]) -> String {
     let mut by_reason: BTreeMap<(&str, &str), Vec<&str>> = BTreeMap::new();
     for RefusedShape {

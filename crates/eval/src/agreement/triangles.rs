@@ -4,7 +4,7 @@ use partprobe_carrier::{Mesh, Point, cross, dot, norm, subtract};
 use rstar::{AABB, RTree, RTreeObject, SelectionFunction};
 use std::cell::Cell;
 
-/// A ray that starts on a surface meets nothing before this fraction of the diagonal: that is the surface itself.
+/// A ray that starts on a surface ignores triangles within this fraction of the diagonal, because they are the surface itself.
 const START_FRACTION: f64 = 1e-5;
 
 /// The triangles of one mesh in a tree.
@@ -35,7 +35,7 @@ impl TriangleTree {
         }
     }
 
-    /// The distance to the opposite wall: how far one gets from a point of the surface against its outward normal.
+    /// The distance to the opposite wall: the length of the ray from a point of the surface against its outward normal.
     ///
     /// Returns `None` if the ray leaves the shape without meeting a triangle, which happens on open surfaces.
     #[must_use]
@@ -66,12 +66,12 @@ struct Ray {
     start: Point,
     /// Unit length.
     direction: Point,
-    /// What is nearer than this does not count.
+    /// Triangles that are nearer than this do not count.
     least: f64,
 }
 
 impl Ray {
-    /// Where the ray enters a box, or `None` if it misses it.
+    /// The distance at which the ray enters a box. Returns `None` if it misses the box.
     fn enters(&self, envelope: &AABB<Point>) -> Option<f64> {
         let (lower, upper) = (envelope.lower(), envelope.upper());
         let (mut enter, mut leave) = (0.0f64, f64::INFINITY);
@@ -89,7 +89,7 @@ impl Ray {
         (enter <= leave).then_some(enter)
     }
 
-    /// How far a triangle is along the ray, or `None` if the ray misses it (Möller and Trumbore 1997).
+    /// The distance of a triangle along the ray (Möller and Trumbore 1997). Returns `None` if the ray misses it.
     fn distance_to(&self, triangle: &Triangle) -> Option<f64> {
         let [a, b, c] = triangle.corners;
         let (first, second) = (subtract(b, a), subtract(c, a));
@@ -108,7 +108,7 @@ impl Ray {
     }
 }
 
-/// Opens those boxes only that the ray enters before the first triangle that was found so far.
+/// Opens only boxes that the ray enters before the nearest triangle that was found so far.
 struct Ahead<'a> {
     ray: Ray,
     first: &'a Cell<f64>,

@@ -1,4 +1,4 @@
-//! Compares with a number, such as `>= 0.5`.
+//! Defines a comparison with a number, such as `>= 0.5`.
 
 /// How a value is compared with the number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

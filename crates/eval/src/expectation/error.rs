@@ -2,7 +2,7 @@
 
 use crate::metric::Metric;
 
-/// Why a bound cannot be read or checked.
+/// The reason why a bound cannot be read or checked.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ExpectationError {

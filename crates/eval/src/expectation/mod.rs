@@ -1,4 +1,4 @@
-//! Checks bounds on the scores of a run and on figures of its trainings, as the `[expect]` table of a config states them.
+//! Checks bounds on the scores of a run and on figures of its trainings, as given by the `[expect]` table of a config.
 //!
 //! Examples: `"a/b.miou - c/d.miou" = ">= 0.1"` and `"a.untouched_tensors" = "<= 0"`.
 
@@ -55,7 +55,7 @@ impl Expectations {
     /// Reads the keys and values of an `[expect]` table.
     ///
     /// # Errors
-    /// If a key does not name a score, or a value is not a bound; the message names the key.
+    /// If a key does not name a score, or a value is not a bound. The message names the key.
     pub fn parse<'a>(
         entries: impl IntoIterator<Item = (&'a str, &'a str)>,
     ) -> Result<Self, ExpectationError> {
@@ -70,7 +70,7 @@ impl Expectations {
     /// Refuses names that a run with these supervisions and references will not have, before any work is done.
     ///
     /// # Errors
-    /// If a bound names another supervision or reference; the message lists the known ones.
+    /// If a bound names another supervision or reference. The message lists the known ones.
     pub fn check_names(
         &self,
         supervisions: &[&str],

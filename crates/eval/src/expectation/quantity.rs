@@ -1,4 +1,4 @@
-//! Lists the quantities that a bound may be on: a score of the tables, or a figure of a training.
+//! Lists the quantities that a bound may limit: a score of the tables, or a figure of a training.
 
 use super::error::ExpectationError;
 use crate::metric::Metric;
@@ -9,7 +9,7 @@ use std::fmt;
 /// The name of [`TrainingFigures::untouched_tensors`] in a key.
 const UNTOUCHED_TENSORS: &str = "untouched_tensors";
 
-/// Figures of the trainings by supervision; of several seeds, the worst.
+/// Figures of the trainings by supervision. If there are several seeds, the worst value counts.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct TrainingFigures {
     /// The number of parameter tensors that no gradient has reached.

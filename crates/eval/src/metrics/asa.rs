@@ -1,8 +1,8 @@
 //! Computes the achievable segmentation accuracy (Liu et al. 2011, "Entropy rate superpixel segmentation"): the accuracy if
 //! each cluster were given the part that most of its points have.
 //!
-//! Several clusters may be one part, so it does not punish splitting. It rises with the number of clusters, so it is only
-//! comparable between equal numbers.
+//! Several clusters may belong to one part, so it does not penalize splitting. It rises with the number of clusters, so it is
+//! only comparable between equal numbers.
 
 use crate::confusion::Confusion;
 use crate::metric::Metric;

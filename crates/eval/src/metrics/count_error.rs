@@ -1,4 +1,5 @@
-//! Computes how far the number of clusters is from the number of parts: what a clusterer that is told no number is judged by.
+//! Computes the difference between the number of clusters and the number of parts. It measures clusterers that are not given a
+//! number.
 
 use crate::confusion::Confusion;
 use crate::metric::Metric;

@@ -1,4 +1,4 @@
-//! Computes the mean IoU over the parts that have enough points to be more than a splinter, under the matching of all parts.
+//! Computes the mean IoU over the parts that have enough points, under the matching of all parts.
 
 use crate::confusion::Confusion;
 use crate::matching::match_clusters;
@@ -36,7 +36,7 @@ mod tests {
         let of = |predicted: &[u32], reference: &[i32]| {
             miou_of_large(&Confusion::new(predicted, reference).unwrap())
         };
-        // Part 0 has 20 points, part 1 has 19 and is lost.
+        // Part 0 has 20 points. Part 1 has 19 and is left out.
         let reference: Vec<i32> = (0..39).map(|point| i32::from(point >= 20)).collect();
         assert_eq!(of(&[4; 39], &reference), Some(20.0 / 39.0));
         assert_eq!(of(&[4; 19], &reference[20..]), None);

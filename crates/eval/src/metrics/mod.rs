@@ -97,13 +97,13 @@ impl Metric {
         names.join(", ")
     }
 
-    /// Whether the metric stands in the second table of each reference and clusterer, and not in lines of progress.
+    /// Whether the metric is in the second table of each reference and clusterer, and not in lines of progress.
     #[must_use]
     pub fn is_secondary(&self) -> bool {
         SECONDARY.contains(self)
     }
 
-    /// Where the metric is in the order of all metrics.
+    /// The index of the metric in the order of all metrics.
     fn order(&self) -> (usize, &'static str) {
         let index = METRICS.iter().position(|metric| metric.name == self.name);
         (index.unwrap_or(METRICS.len()), self.name)

@@ -18,7 +18,7 @@ pub const PAIR_AUC: Metric = Metric {
     },
 };
 
-/// At most this many tokens are compared, evenly spaced in their order: all pairs are.
+/// The largest number of tokens that are compared. They are evenly spaced in their order, and all their pairs are compared.
 const MAX_TOKENS: usize = 256;
 
 fn pair_auc(shape: &ScoredShape<'_>) -> Option<f64> {
@@ -41,7 +41,7 @@ fn pair_auc(shape: &ScoredShape<'_>) -> Option<f64> {
     Some(of_parts.iter().sum::<f64>() / of_parts.len() as f64)
 }
 
-/// The part that most points of each token have, the lowest in a tie; `None` for a token without a labeled point.
+/// The part of most points of each token, or the lowest part in a tie. It is `None` for a token without a labeled point.
 fn part_of_token(shape: &ScoredShape<'_>) -> Option<Vec<Option<usize>>> {
     let of_tokens = Confusion::new(shape.token_of_point, shape.reference).ok()?;
     let mut parts = vec![None; shape.embeddings.n_rows()];
@@ -53,7 +53,7 @@ fn part_of_token(shape: &ScoredShape<'_>) -> Option<Vec<Option<usize>>> {
     Some(parts)
 }
 
-/// The AUC of one part; `None` if it has no pair of tokens, or there is no token outside of it.
+/// The AUC of one part. Returns `None` if it has no pair of tokens, or if there is no token outside of it.
 fn auc_of_part(
     embeddings: &Embeddings,
     compared: &[usize],
@@ -148,7 +148,7 @@ mod tests {
     #[test]
     fn pairs_of_one_part_are_compared_with_pairs_of_two() {
         check(&[0.0, 1.0, 90.0, 91.0], &[0, 0, 1, 1], Some(1.0));
-        // Part 0 is torn: its pair is farther apart than all pairs with part 1.
+        // The tokens of part 0 are farther apart than all pairs with part 1.
         check(&[0.0, 90.0, 45.0, 45.0], &[0, 0, 1, 1], Some(0.5));
         // A part of one token has no pair; the other one is compared with it.
         check(&[0.0, 1.0, 90.0], &[0, 0, 1], Some(1.0));

@@ -1,7 +1,7 @@
 //! Computes the panoptic quality at IoU 0.5 (Kirillov et al. 2019), for instances of one class.
 //!
-//! A part is found if a cluster has an IoU above 0.5 with it; no second cluster can. The sum of these IoUs is divided by the
-//! number of found parts, plus half of the parts that were not found, plus half of the clusters that found none.
+//! A part is found if a cluster has an IoU above 0.5 with it. At most one cluster can have this. The sum of these IoUs is divided
+//! by the number of found parts, plus half of the parts that were not found, plus half of the clusters that found none.
 
 use crate::confusion::Confusion;
 use crate::metric::Metric;

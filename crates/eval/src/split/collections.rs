@@ -1,10 +1,10 @@
-//! Groups shapes by their collection: the file or the repository that they came from.
+//! Groups shapes by their collection: the file or the repository from which they came.
 
 use super::SplitCandidate;
 use crate::KBin;
 use std::collections::BTreeMap;
 
-/// A shape for each K bin.
+/// A number of shapes per K bin.
 pub(super) type CountOfBin = [f64; KBin::ALL.len()];
 
 /// The shapes of one collection. They stay on one side of a split.
@@ -15,13 +15,13 @@ pub(super) struct Collection<'a> {
 }
 
 impl Collection<'_> {
-    /// How many of its shapes are in each K bin.
+    /// The number of its shapes in each K bin.
     pub(super) fn count_of_bin(&self) -> CountOfBin {
         count_of_bin(&self.shapes)
     }
 }
 
-/// How many shapes are in each K bin.
+/// The number of shapes in each K bin.
 pub(super) fn count_of_bin(shapes: &[&SplitCandidate]) -> CountOfBin {
     let mut counts = CountOfBin::default();
     for shape in shapes {

@@ -5,21 +5,21 @@ use partprobe_carrier::{Family, Signature};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// A shape that is left out because an equal one stays.
+/// A shape that is left out because an equal one is kept.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Duplicate {
     /// The shape that is left out.
     pub id: String,
-    /// The shape that stays.
+    /// The shape that is kept.
     pub of: String,
 }
 
 impl Duplicate {
-    /// Why the shape is left out, as programs say it.
+    /// The reason why the shape is left out, for messages.
     pub const REASON: &str = "the same shape as another";
 }
 
-/// Tells shapes that are new from those that equal an earlier one.
+/// Separates new shapes from those that equal an earlier one.
 #[derive(Clone, Debug, Default)]
 pub struct DistinctShapes {
     of_family: BTreeMap<Family, Vec<(String, Signature)>>,

@@ -1,4 +1,4 @@
-//! Defines a published split: which side each shape is on, for any name and any triangulation of it.
+//! Defines a published split: the side of each shape, for any name and any triangulation of it.
 //!
 //! Lines of JSON go in or out, one per shape. Shapes are recognized by the hash of the file that they were read from, and by
 //! the number of the solid in it.
@@ -29,7 +29,7 @@ impl SideName {
     }
 }
 
-/// What a shape is recognized by.
+/// The key by which a shape is recognized.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct ShapeKey {
     /// SHA-256 of the file, in hexadecimal.
@@ -41,12 +41,12 @@ pub struct ShapeKey {
 /// A line of a manifest.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ManifestLine {
-    /// What the shape is recognized by.
+    /// The key by which the shape is recognized.
     #[serde(flatten)]
     pub key: ShapeKey,
     /// The side of the shape.
     pub side: SideName,
-    /// What the shape was called. It is for readers only.
+    /// The name of the shape. It is for readers only.
     #[serde(default)]
     pub id: String,
     /// Its number of parts by the first reference. It is for readers only.
@@ -54,7 +54,7 @@ pub struct ManifestLine {
     pub n_parts: usize,
 }
 
-/// Which side each shape is on.
+/// The side of each shape.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Manifest {
     lines: BTreeMap<ShapeKey, ManifestLine>,
@@ -78,7 +78,7 @@ pub enum ManifestError {
     TwoSides {
         /// The number of the second line, counted from 1.
         line: usize,
-        /// What the second line calls the shape.
+        /// The name of the shape in the second line.
         id: String,
     },
 }
@@ -111,7 +111,7 @@ impl Manifest {
         Ok(manifest)
     }
 
-    /// A manifest of these lines. Of two lines about one shape, the first stays.
+    /// A manifest of these lines. If two lines are about the same shape, the first one is kept.
     #[must_use]
     pub fn of(lines: impl IntoIterator<Item = ManifestLine>) -> Self {
         let mut manifest = Self::default();
@@ -121,7 +121,7 @@ impl Manifest {
         manifest
     }
 
-    /// The lines, by side and then by what the shapes are recognized by.
+    /// The lines, sorted by side and then by the keys of the shapes.
     #[must_use]
     pub fn to_json_lines(&self) -> String {
         let mut lines: Vec<&ManifestLine> = self.lines.values().collect();
@@ -147,7 +147,7 @@ impl Manifest {
         self.lines.get(key).map(|line| line.side)
     }
 
-    /// The lines, by what the shapes are recognized by.
+    /// The lines, sorted by the keys of the shapes.
     pub fn lines(&self) -> impl Iterator<Item = &ManifestLine> {
         self.lines.values()
     }

@@ -1,8 +1,8 @@
 //! Splits shapes into those that train, those that choose a checkpoint, and those that are held out.
 //!
 //! Equal shapes count once. The shapes of one collection, which is a file or a repository, are on one side. Collections are held
-//! out at random, so that each bin of the number of parts K gets its fraction. Then all shapes that are nearly equal to a held-out
-//! shape are removed from the other sides. They are removed and not grouped: groups of groups of similar shapes would
+//! out at random in such a way that each bin of the number of parts K gets its fraction. Then all shapes that are nearly equal to
+//! a held-out shape are removed from the other sides. They are removed and not grouped: groups of groups of similar shapes would
 //! grow until one of them contained nearly all shapes.
 
 mod collections;
@@ -31,15 +31,15 @@ use std::collections::BTreeMap;
 /// A shape that a split puts on one side.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SplitCandidate {
-    /// The id of the shape; no two candidates have the same id.
+    /// The id of the shape. No two candidates have the same id.
     pub id: String,
-    /// The file or the repository that the shape came from.
+    /// The file or the repository from which the shape came.
     pub collection: String,
     /// The number K of its parts, by the first reference.
     pub n_parts: usize,
     /// The signature of the shape, by which equal shapes are found.
     pub signature: Signature,
-    /// How its surface fills space, by which nearly equal shapes are found; `None` if it has no extent.
+    /// How its surface fills space, by which nearly equal shapes are found. It is `None` if the shape has no extent.
     pub descriptor: Option<Descriptor>,
 }
 
@@ -48,11 +48,11 @@ pub struct SplitCandidate {
 pub struct SplitRule {
     /// The fractions of the shapes that each side should get.
     pub fractions: SplitFractions,
-    /// A shape is removed from training if it differs from a held-out shape by at most this; 0 removes none.
+    /// A shape is removed from training if it differs from a held-out shape by at most this value. A value of 0 removes none.
     pub near_difference: f64,
-    /// How many of the training shapes are trained on.
+    /// The fraction of the training shapes that are trained on.
     pub train_share: TrainShare,
-    /// Decides which collections are held out.
+    /// The seed of the random choice of held-out collections.
     pub seed: u64,
 }
 
@@ -97,12 +97,12 @@ pub struct Split {
     pub duplicates: Vec<Duplicate>,
     /// Shapes that are on no side, because they are nearly equal to a test shape, or to a validation shape.
     pub near: Vec<NearShape>,
-    /// Training shapes that are on no side, because only a share of them is trained on.
+    /// Training shapes that are on no side, because only a fraction of them is trained on.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub spared: Vec<String>,
     /// For each test shape, the training shape that is most like it.
     pub nearest_training: Vec<NearShape>,
-    /// The collection of each shape on a side, named by the first id of it.
+    /// The collection of each shape on a side, named by its first id.
     pub groups: BTreeMap<String, String>,
 }
 
@@ -132,12 +132,12 @@ pub enum SplitError {
     /// The difference up to which shapes are nearly equal is negative or not finite.
     #[error("split.near_difference is {0}; it must be 0 or positive")]
     NearDifference(f64),
-    /// The share of the training shapes that are trained on is not positive, or above 1.
+    /// The fraction of the training shapes that are trained on is not positive, or above 1.
     #[error("split.train_share is {0}; it must be above 0 and at most 1")]
     TrainShare(f64),
 }
 
-/// Splits the shapes; the order in which they are given does not matter.
+/// Splits the shapes. The order in which they are given does not matter.
 ///
 /// A held-out side takes small collections first, in random order, and larger ones by their size if they bring the K bins nearer to
 /// their fractions. So it gets many collections, on which intervals depend. A side
@@ -173,7 +173,7 @@ pub fn split(shapes: &[SplitCandidate], rule: &SplitRule) -> Result<Split, Split
     })
 }
 
-/// The split that a manifest says. Shapes that it does not name are on no side.
+/// The split of a manifest. Shapes that it does not name are on no side.
 ///
 /// # Errors
 /// If the share of the training shapes is not one.
@@ -192,7 +192,7 @@ pub fn split_by_manifest(
     let candidates: Vec<&SplitCandidate> = named_shapes.iter().map(|&(_, shape)| shape).collect();
     let (kept, duplicates) = without_duplicates(&candidates);
 
-    // Those that are kept are in the order of all.
+    // The kept shapes are in the order of all shapes.
     let mut kept = kept.into_iter().peekable();
     let mut sides: [Vec<&SplitCandidate>; 3] = Default::default();
     for (side, shape) in named_shapes {
@@ -250,7 +250,7 @@ fn named(sides: &[Vec<&SplitCandidate>; 3]) -> Split {
     }
 }
 
-/// The rank of a shape in a random order that depends on the seed and the id alone, not on which other shapes there are.
+/// The rank of a shape in a random order that depends only on the seed and the id, and not on the other shapes.
 #[must_use]
 pub fn seeded_rank(seed: u64, id: &str) -> u64 {
     keyed_rng(seed, &["select", id]).next_u64()

@@ -10,12 +10,12 @@ pub struct NearShape {
     pub id: String,
     /// The shape that is most like it.
     pub of: String,
-    /// How far the two differ; see [`Descriptor::difference`](partprobe_carrier::Descriptor::difference).
+    /// The difference of the two, see [`Descriptor::difference`](partprobe_carrier::Descriptor::difference).
     pub difference: f64,
 }
 
 impl NearShape {
-    /// Why a shape is left out that is like a held-out one, as programs say it.
+    /// The reason why a shape that is similar to a held-out one is left out, for messages.
     pub const REASON: &str = "nearly equal to a held-out shape";
 }
 
@@ -39,7 +39,7 @@ pub(super) fn nearest<'a>(
     nearest
 }
 
-/// Takes the shapes out that differ from one of `held_out` by at most `limit`, and returns them.
+/// Removes the shapes that differ from one of `held_out` by at most `limit`, and returns them.
 pub(super) fn remove_near(
     shapes: &mut Vec<&SplitCandidate>,
     held_out: &[&SplitCandidate],

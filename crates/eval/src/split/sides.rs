@@ -14,7 +14,7 @@ pub(super) const TEST: Side = 2;
 /// A held-out side takes collections of at most this fraction of its target first, so that it gets many collections.
 const SMALL: f64 = 0.1;
 
-/// The side of each collection. Test shapes are chosen first, then validation shapes; the rest is for training.
+/// The side of each collection. Test shapes are chosen first, then validation shapes. The rest is for training.
 ///
 /// `fractions` are of train, valid and test, and their sum is 1.
 pub(super) fn place_collections(
@@ -32,7 +32,7 @@ pub(super) fn place_collections(
         if side == rest || fractions[side] == 0.0 {
             continue;
         }
-        // The sides that come later get a collection each. If there are too few, validation gets none.
+        // The later sides get at least one collection each. If there are too few, validation gets none.
         let n_later = (TRAIN..side)
             .filter(|&later| fractions[later] > 0.0)
             .count();
@@ -51,7 +51,7 @@ struct Chooser<'a> {
     target: CountOfBin,
     /// The number of shapes of each bin that it has.
     count: CountOfBin,
-    /// So many collections must be left.
+    /// The number of collections that must be left.
     n_later: usize,
     taken: Vec<Collection<'a>>,
 }
@@ -66,12 +66,12 @@ impl<'a> Chooser<'a> {
         }
     }
 
-    /// Takes small collections first, then larger ones by their size if bins still lack shapes; at least one.
+    /// Takes small collections first, then larger ones by their size if bins still lack shapes. Takes at least one.
     fn choose(mut self, collections: &mut Vec<Collection<'a>>) -> Vec<Collection<'a>> {
         let small = (SMALL * self.target.iter().sum::<f64>()).max(1.0);
         for largest in [small, f64::INFINITY] {
             if largest > small {
-                // Stable, so that equal ones stay in their random order.
+                // The sort is stable, so collections of equal size keep their random order.
                 collections.sort_by_key(|collection| collection.shapes.len());
             }
             let mut left = Vec::with_capacity(collections.len());
@@ -99,7 +99,7 @@ impl<'a> Chooser<'a> {
         self.taken.push(collection);
     }
 
-    /// By how much a collection brings the counts nearer to their targets, as a sum of squares.
+    /// The amount by which a collection brings the counts nearer to their targets, as a sum of squares.
     fn gain(&self, collection: &Collection<'_>) -> f64 {
         let added = collection.count_of_bin();
         (0..added.len())
@@ -107,7 +107,7 @@ impl<'a> Chooser<'a> {
             .sum()
     }
 
-    /// The index of the collection that brings the counts nearest to their targets, the first of equals.
+    /// The index of the collection that brings the counts nearest to their targets. If several are equal, it is the first one.
     fn best(&self, collections: &[Collection<'_>]) -> usize {
         let mut best = 0;
         for (idx, collection) in collections.iter().enumerate() {
@@ -125,7 +125,7 @@ fn sum(counts: impl Iterator<Item = CountOfBin>) -> CountOfBin {
     })
 }
 
-/// Puts the collections in a random order that depends on the seed alone (Fisher and Yates).
+/// Puts the collections in a random order that depends only on the seed (Fisher and Yates).
 fn shuffle<T>(collections: &mut [T], seed: u64) {
     let mut rng = keyed_rng(seed, &["split"]);
     for last in (1..collections.len()).rev() {

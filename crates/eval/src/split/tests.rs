@@ -15,7 +15,7 @@ const RULE: SplitRule = SplitRule {
     seed: 0,
 };
 
-/// A shape of its own family, with so many parts, whose surface is a triangle with this side.
+/// A shape of its own family with `n_parts` parts. Its surface is a triangle with this side.
 fn candidate(id: &str, collection: &str, n_parts: usize, side: f64) -> SplitCandidate {
     SplitCandidate {
         id: id.to_owned(),
@@ -37,7 +37,7 @@ fn triangle(side: f64) -> Option<Descriptor> {
     })
 }
 
-/// Signatures of one family are equal if this fraction of the area is.
+/// Signatures of one family are equal if this fraction of the area is equal.
 fn signature(family: &str, fraction: f64) -> Signature {
     Signature {
         type_histogram: [0; 11],
@@ -50,7 +50,7 @@ fn signature(family: &str, fraction: f64) -> Signature {
     }
 }
 
-/// Shapes that have nothing in common, in a collection each: long triangles, each 1.3 times as long as the one before.
+/// Shapes that have nothing in common, each in its own collection: long triangles, each 1.3 times as long as the previous one.
 fn unrelated(n: usize) -> Vec<SplitCandidate> {
     (0..n)
         .map(|n| SplitCandidate {
@@ -298,7 +298,7 @@ fn an_equal_shape_is_told_by_the_one_that_came_first() {
     };
     assert_eq!(add("c", "1", 0.6), None);
     assert_eq!(add("a", "1", 0.6005), Some("c".to_owned()));
-    // Not added, so that nothing is compared with it.
+    // The shape was not added, so nothing is compared with it.
     assert_eq!(add("b", "1", 0.6015), None);
     assert_eq!(add("d", "2", 0.6), None);
 }

@@ -1,15 +1,15 @@
-//! Takes a share of the training shapes, for the points of a learning curve: the other sides stay as they are.
+//! Takes a fraction of the training shapes, for the points of a learning curve. The other sides do not change.
 
 use super::{SplitCandidate, SplitError, seeded_rank};
 
-/// How many of the training shapes are trained on, and which.
+/// The fraction of the training shapes that are trained on, and the seed of their choice.
 ///
-/// With one seed, the shapes of a smaller share are among those of a larger one.
+/// With one seed, the shapes of a smaller fraction are among those of a larger one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrainShare {
-    /// The share, above 0 and at most 1.
+    /// The fraction, above 0 and at most 1.
     pub share: f64,
-    /// Decides which shapes are trained on.
+    /// The seed of the random choice of the shapes.
     pub seed: u64,
 }
 
@@ -20,10 +20,10 @@ impl TrainShare {
         seed: 0,
     };
 
-    /// Why a shape is on no side that is beyond the share.
+    /// The reason why a shape beyond the fraction is on no side.
     pub const REASON: &str = "beyond split.train_share";
 
-    /// Removes the shapes that are beyond the share, and returns their ids in the given order. At least one shape stays.
+    /// Removes the shapes beyond the fraction, and returns their ids in the given order. At least one shape is kept.
     ///
     /// # Errors
     /// If the share is not above 0 and at most 1.

@@ -1,11 +1,11 @@
-//! Says which differences are more than chance: the primary endpoints one by one, and how many of the others.
+//! Describes which differences are more than chance: each primary endpoint, and the number of other differences.
 
 use super::{DifferenceRow, Tables};
 use crate::metric::Metric;
 use crate::paired::{Difference, SIGNIFICANCE};
 use std::fmt::Write as _;
 
-/// Secondary differences are named up to this number, and counted beyond.
+/// The largest number of secondary differences that are named. Further ones are only counted.
 const MAX_NAMED: usize = 10;
 
 impl Tables {

@@ -23,7 +23,7 @@ pub struct DifferenceRow {
     pub n_shapes: usize,
     /// The number of groups of related shapes among them.
     pub n_groups: usize,
-    /// How many groups of one size would say as much.
+    /// The number of groups of equal size with the same information.
     pub effective_groups: f64,
     /// The difference of each metric. A metric is absent if one of the two has no values.
     pub differences: BTreeMap<Metric, Difference>,
@@ -31,12 +31,12 @@ pub struct DifferenceRow {
     pub primary: Vec<Metric>,
 }
 
-/// A difference of mIoU that one may want to see.
+/// A small difference of mIoU that a comparison should be able to show.
 const SMALL_DIFFERENCE: f64 = 0.02;
 
 impl DifferenceRow {
-    /// A sentence on what the comparison can resolve: the half-width of the interval of mIoU, and how many shapes would
-    /// make it 0.02, if their differences scatter alike and the seeds stay the same.
+    /// A sentence on what the comparison can resolve: the half-width of the interval of mIoU, and how many shapes would make it
+    /// 0.02, if their differences have the same variance and the seeds are the same.
     #[must_use]
     pub fn resolution(&self) -> String {
         let Self {
@@ -73,8 +73,8 @@ impl DifferenceRow {
     }
 }
 
-/// How many times as many shapes would resolve the small difference. Shapes reduce only that part of the variance that is not
-/// between seeds. Returns `None` if the seeds alone are too much.
+/// The factor by which the number of shapes must grow to resolve the small difference. Shapes reduce only that part of the
+/// variance that is not between seeds. Returns `None` if the seeds alone are too much.
 fn scale_needed(miou: &Difference, half_width: f64) -> Option<f64> {
     let variance = miou.standard_error?.powi(2);
     let n_seeds = miou.n_seeds.max(1) as f64;
@@ -102,7 +102,7 @@ pub(super) fn difference_row(
     let mut differences = BTreeMap::new();
     for metric in metrics_of(pairs.iter().map(|(first, _)| *first)) {
         let groups = groups_by_seed(&pairs, &seeds, metric);
-        // One stream for all metrics and clusterers: each draw takes the same shapes under each of them.
+        // All metrics and clusterers use the same random stream, so each draw takes the same shapes under each of them.
         let mut rng = keyed_rng(bootstrap.seed, &["bootstrap", reference]);
         let seed_variance = settings.seed_deviation.map(|deviation| deviation.powi(2));
         if let Some(difference) = paired_difference(&groups, seed_variance, bootstrap, &mut rng) {

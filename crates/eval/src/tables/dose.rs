@@ -7,7 +7,7 @@ use super::{DifferenceRow, TableRow, Tables};
 use crate::metrics::MIOU;
 use std::fmt::{self, Write as _};
 
-/// A kind of damage: how its sources are named, and what a dose of it is.
+/// A kind of damage: the names of its sources, and the meaning of its dose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct DoseKind {
     /// The name of a source without the dose, for example `step-merged-share-`.
@@ -51,7 +51,7 @@ pub struct DosePoint {
 pub struct DoseCurve {
     /// The kind.
     pub kind: DoseKind,
-    /// By dose. The first point is the undamaged source at 0.
+    /// The points, sorted by dose. The first point is the undamaged source at 0.
     pub points: Vec<DosePoint>,
 }
 
@@ -78,7 +78,7 @@ impl DoseCurve {
     }
 }
 
-/// The dose at which the undamaged source scores as another source does.
+/// The dose at which the damaged source scores like another source.
 ///
 /// As a text, it is the end of a sentence about that source: "scores as `step-parts` with 15 (12 to 18) % of its parts …".
 #[derive(Clone, Debug, PartialEq)]
@@ -117,7 +117,7 @@ impl fmt::Display for DosePlacement {
             None => format!("more than {:.0}", self.largest_dose),
         };
         write!(f, "scores as `{UNDAMAGED}` with {}", dose(self.dose))?;
-        // All of it beyond the largest dose is said once.
+        // If the whole interval is beyond the largest dose, this is said only once.
         if let Some([low, high]) = self.interval
             && low.or(high).or(self.dose).is_some()
         {
@@ -184,7 +184,7 @@ impl Tables {
         })
     }
 
-    /// Where each other trained source lies on each of the [curves](Self::dose_curves), by kind of damage.
+    /// The position of each other trained source on each of the [curves](Self::dose_curves), by kind of damage.
     #[must_use]
     pub fn dose_placements(&self) -> Vec<DosePlacement> {
         let others = self.others();

@@ -1,4 +1,4 @@
-//! Names one number of the tables that a comparison is decided by.
+//! Names one number of the tables that decides a comparison.
 
 use crate::metric::Metric;
 use crate::metrics::METRICS;
@@ -9,7 +9,7 @@ use std::fmt;
 pub struct Endpoint {
     /// The label source that clusters are scored against.
     pub reference: String,
-    /// The clusterer; the first one of the run if `None`.
+    /// The clusterer, or `None` for the first one of the run.
     pub clusterer: Option<String>,
     /// The metric.
     pub metric: Metric,

@@ -1,7 +1,7 @@
-//! Computes how much more one supervision wins at home than the other wins at its own home.
+//! Computes the home advantage: how much more one supervision wins on its own labels than the other wins on its own labels.
 //!
-//! Each label source favors the backbone that was trained on it, so one table alone answers nothing. The home advantage puts
-//! the two tables together.
+//! Each label source favors the backbone that was trained on it, so a single table does not answer the question. The home
+//! advantage combines the two tables.
 
 use super::shape_means::{ShapeMean, metrics_of};
 use super::{Bootstrap, TableShapes};
@@ -13,7 +13,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// H = \[(S − N) scored on S\] − \[(N − S) scored on N\] of two supervisions S and N that are also references.
 ///
-/// Above 0, S gains more over N by its own measure than N gains over S by the other. Equal gains give 0, however large.
+/// Above 0, S gains more over N by its own measure than N gains over S by the other. Equal gains of any size give 0.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct HomeAdvantage {
     /// The algorithm that made the clusters.
@@ -79,7 +79,7 @@ fn home_advantage(
     let mut differences = BTreeMap::new();
     for metric in metrics_of(fours.iter().map(|four| four[0])) {
         let groups = groups_by_seed(&fours, metric);
-        // One stream for all metrics, as for the differences of a table.
+        // All metrics use the same random stream, as for the differences of a table.
         let mut rng = keyed_rng(bootstrap.seed, &["home-advantage", s, n]);
         if let Some(difference) = paired_difference(&groups, None, bootstrap, &mut rng) {
             differences.insert(metric, difference);

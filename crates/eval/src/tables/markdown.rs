@@ -13,7 +13,7 @@ const MEANS_NOTE: &str = "\nMeans are over shapes with 2 to 19 reference parts; 
 impl Tables {
     /// One Markdown table per reference and clusterer, with three decimals per number.
     ///
-    /// A bin shows its mean mIoU and, in brackets, its number of shapes; the Δ row shows 95 % intervals.
+    /// A bin shows its mean mIoU and, in brackets, its number of shapes. The Δ row shows 95 % intervals.
     #[must_use]
     pub fn to_markdown(&self) -> String {
         let mut text = String::new();
@@ -82,7 +82,7 @@ impl Tables {
     }
 }
 
-/// A row per pair of supervisions, a column per metric.
+/// Appends a table with one row per pair of supervisions and one column per metric.
 fn push_home_table(text: &mut String, rows: &[HomeAdvantage]) {
     let metrics: BTreeSet<Metric> = rows
         .iter()
@@ -106,7 +106,7 @@ fn push_home_table(text: &mut String, rows: &[HomeAdvantage]) {
     }
 }
 
-/// What a row of a difference is called.
+/// The name of the row of a difference.
 fn difference_name(sign: &str, [first, second]: &[String; 2]) -> String {
     format!("{sign} `{first}` − `{second}`")
 }

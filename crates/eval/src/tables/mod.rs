@@ -36,23 +36,23 @@ use serde::Serialize;
 use shape_means::{Shapes, bin_sizes, shape_means};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// What tables compare, and how.
+/// The settings of the tables: what they compare, and how.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TableSettings {
-    /// The reference whose number of parts decides the bin of a shape, also under every other reference.
+    /// The reference whose number of parts determines the bin of a shape, also under every other reference.
     pub bin_reference: String,
-    /// The clusterer of a score that does not name one; its tables come first.
+    /// The clusterer of a score that does not name one. Its tables come first.
     pub clusterer: String,
     /// A Δ row is the first of two supervisions minus the second. The first pair is the main one.
     pub compared: Vec<[String; 2]>,
-    /// The numbers that the main pair is decided by. They are named before the trainings.
+    /// The numbers that decide about the main pair. They are chosen before the trainings.
     pub primary: Vec<Endpoint>,
-    /// The standard deviation of a difference between two trainings that differ in their seeds alone, if it is known from other
+    /// The standard deviation of a difference between two trainings that differ only in their seeds, if it is known from other
     /// trainings. Pairs with one seed use it.
     pub seed_deviation: Option<f64>,
     /// How the interval of the Δ row is drawn.
     pub bootstrap: Bootstrap,
-    /// Sentences that stand below every table: by which settings it was made, and what a reader must know of a score.
+    /// Sentences below every table: the settings with which it was made, and notes about the scores.
     pub footer: Vec<String>,
 }
 
@@ -65,11 +65,11 @@ pub struct Tables {
     pub rows: Vec<TableRow>,
     /// By reference, clusterer and pair.
     pub differences: Vec<DifferenceRow>,
-    /// By reference, clusterer and supervision: trainings that differ in their seed alone.
+    /// By reference, clusterer and supervision: comparisons of trainings that differ only in their seed.
     pub same_source: Vec<DifferenceRow>,
     /// By clusterer and pair of supervisions.
     pub home_advantages: Vec<HomeAdvantage>,
-    /// What stands below every table.
+    /// The sentences below every table.
     pub footer: Vec<String>,
 }
 
@@ -94,7 +94,7 @@ impl Tables {
     /// All tables as JSON, in full precision.
     #[must_use]
     pub fn to_json(&self) -> String {
-        // Maps with text keys, numbers and text always serialize; the fallback keeps the function free of panics.
+        // Maps with text keys, numbers and text always serialize. The fallback only avoids a panic.
         serde_json::to_string_pretty(self)
             .map(|json| json + "\n")
             .unwrap_or_default()
@@ -107,7 +107,7 @@ struct TableShapes<'a> {
     of_supervision: BTreeMap<&'a str, Shapes<'a>>,
 }
 
-/// Averages rows of scores; the order of the rows does not matter.
+/// Averages rows of scores. The order of the rows does not matter.
 #[must_use]
 pub fn tables(rows: &[ScoreRow], settings: &TableSettings) -> Tables {
     let k_of_shape = bin_sizes(rows, &settings.bin_reference);
@@ -130,7 +130,7 @@ pub fn tables(rows: &[ScoreRow], settings: &TableSettings) -> Tables {
             supervisions.push(supervision);
         }
 
-        // The cells of one table follow each other.
+        // The cells of one table are consecutive.
         let table = [cell[0].reference.as_str(), cell[0].clusterer.as_str()];
         if shapes_of_tables
             .last()
@@ -155,7 +155,8 @@ pub fn tables(rows: &[ScoreRow], settings: &TableSettings) -> Tables {
     }
 }
 
-/// The bootstrap with as many draws as the correction for so many tests needs: with fewer, none of them could be found.
+/// The bootstrap with the number of draws that the correction for `n_tests` tests needs. With fewer draws, no difference could be
+/// significant.
 fn enough_draws(bootstrap: Bootstrap, n_tests: usize) -> Bootstrap {
     let draws = match bootstrap.draws {
         0 => 0,

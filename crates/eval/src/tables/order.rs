@@ -3,7 +3,7 @@
 use super::TableSettings;
 use crate::score_row::ScoreRow;
 
-/// Rows without a training, in the order in which they close a table. Those of the labels of sources come before them.
+/// Rows without a training, in their order at the end of a table. The rows of the labels of sources come before them.
 const WITHOUT_TRAINING: [&str; 9] = [
     "untrained",
     "random-fourier",
@@ -16,7 +16,7 @@ const WITHOUT_TRAINING: [&str; 9] = [
     "perfect-embeddings",
 ];
 
-/// What the name of a row begins with that scores the labels of a source themselves.
+/// The prefix of the name of a row that scores the labels of a source themselves.
 const LABELS: &str = "labels-of-";
 
 /// The name of the row that scores the labels of a source themselves, as if they were clusters.

@@ -1,7 +1,8 @@
 //! Compares the numbers of a run with those that the STEP-Parts paper prints for its probe.
 //!
-//! The paper compares STEP-Parts with PartField; a run compares its first two label sources. Its tables are copied as printed
-//! (section "Point-Based Downstream Probe with PTv3"). The two are not like for like: networks, shapes and numbers of parts differ.
+//! The paper compares STEP-Parts with PartField. A run compares its first two label sources. Its tables are copied as printed
+//! (section "Point-Based Downstream Probe with PTv3"). The two are not directly comparable: networks, shapes and numbers of parts
+//! differ.
 
 use super::{TableRow, Tables};
 use crate::k_bin::KBin;
@@ -17,7 +18,7 @@ struct Printed {
     bins: [f64; 3],
 }
 
-/// By referee, STEP-Parts and PartField; then by supervision, in the same order.
+/// By referee (STEP-Parts, then PartField), and then by supervision in the same order.
 const PAPER: [[Printed; 2]; 2] = [
     [
         Printed {
@@ -54,8 +55,8 @@ const PAPER_SOURCES: [&str; 2] = ["STEP-Parts", "PartField"];
 const BINS: [KBin; 3] = [KBin::K2To4, KBin::K5To9, KBin::K10To19];
 
 impl Tables {
-    /// The three probe tables of the paper, with the rows of this run below the paper's. Returns `None` unless both label sources were
-    /// trained on and scored against.
+    /// The three probe tables of the paper, with the rows of this run below the paper's. Returns `None` unless both label sources
+    /// are supervisions and references of the run.
     #[must_use]
     pub fn beside_paper(&self, sources: [&str; 2]) -> Option<String> {
         let clusterer = self.clusterer.as_str();

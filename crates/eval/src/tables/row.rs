@@ -32,21 +32,21 @@ pub struct TableRow {
     pub n_seeds: usize,
     /// The number of shapes with 2 to 19 parts, over which the means are.
     pub n_shapes: usize,
-    /// Mean of each metric over these shapes; the value of a shape is its mean over seeds. A metric without values is absent.
+    /// Mean of each metric over these shapes. The value of a shape is its mean over seeds. A metric without values is absent.
     pub means: BTreeMap<Metric, f64>,
     /// Standard deviation of the mIoU of the shapes, or `None` for fewer than two shapes.
     pub miou_deviation: Option<f64>,
     /// Mean mIoU by number of parts, including shapes with one part and with 20 or more.
     pub bins: Vec<BinMean>,
-    /// The mIoU that follows from the bins if they had the paper's shares of the shapes ([`KBin::PAPER_MIX`]), or `None` if
+    /// The mIoU that follows from the bins if they had the paper's fractions of the shapes ([`KBin::PAPER_MIX`]), or `None` if
     /// one of the three has fewer than three shapes.
     pub miou_at_paper_mix: Option<f64>,
 }
 
-/// A bin with fewer shapes says too little about a mean to weigh it.
+/// A bin with fewer shapes has too uncertain a mean to be weighted.
 const MIN_OF_MIX: usize = 3;
 
-/// Averages the shapes of one supervision, reference and clusterer; `cell` has at least one row.
+/// Averages the shapes of one supervision, reference and clusterer. `cell` must have at least one row.
 pub(super) fn table_row(cell: &[&ScoreRow], shapes: &Shapes<'_>) -> TableRow {
     let in_mean: Vec<&ShapeMean<'_>> = shapes
         .values()
@@ -77,7 +77,7 @@ fn means(shapes: &[&ShapeMean<'_>]) -> BTreeMap<Metric, f64> {
     means
 }
 
-/// The values of a metric, shape by shape; shapes without a value are skipped.
+/// The values of a metric, shape by shape. Shapes without a value are skipped.
 fn values(shapes: &[&ShapeMean<'_>], metric: Metric) -> impl Iterator<Item = f64> {
     shapes
         .iter()

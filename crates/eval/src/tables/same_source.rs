@@ -1,4 +1,4 @@
-//! Compares trainings of one supervision that differ in their seed alone (A/A): what chance alone makes of a difference.
+//! Compares trainings of one supervision that differ only in their seed (A/A). It shows the differences that chance alone causes.
 
 use super::difference::{DifferenceRow, difference_row};
 use super::order::is_trained;
@@ -6,9 +6,9 @@ use super::shape_means::shape_means;
 use super::{ScoreRow, TableSettings};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// One row per supervision and pair of seeds that follow each other, of one table.
+/// One row per supervision and pair of consecutive seeds, for one table.
 ///
-/// `cell` holds the rows of one supervision under one reference and clusterer.
+/// `cell` has the rows of one supervision under one reference and clusterer.
 pub(super) fn same_source_rows(
     cell: &[&ScoreRow],
     k_of_shape: &BTreeMap<&str, usize>,

@@ -17,7 +17,7 @@ pub(super) struct ShapeMean<'a> {
 /// The shapes of one table row, by id.
 pub(super) type Shapes<'a> = BTreeMap<&'a str, ShapeMean<'a>>;
 
-/// The number of parts of each shape under the reference that decides bins; the smallest number if rows disagree.
+/// The number of parts of each shape under the reference that determines bins. If rows disagree, it is the smallest number.
 pub(super) fn bin_sizes<'a>(rows: &'a [ScoreRow], bin_reference: &str) -> BTreeMap<&'a str, usize> {
     let mut sizes = BTreeMap::new();
     for row in rows.iter().filter(|row| row.reference == bin_reference) {

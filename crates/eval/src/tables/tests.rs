@@ -156,7 +156,7 @@ fn trainings_of_one_source_are_compared_seed_by_seed() {
             ],
         ]
     );
-    // `untrained` and `no-network` have one seed, and are not trained.
+    // `untrained` and `no-network` have one seed and are not trained.
     assert_eq!(found.same_source[0].differences[&MIOU].mean, -0.125);
 }
 
