@@ -218,6 +218,11 @@ prove-torch-geometric: (_venv "torch-geometric" "torch numpy torch_geometric") w
     "{{build}}/torch-geometric/bin/partprobe" label "{{build}}/torch-geometric-run/parts" --out "{{build}}/torch-geometric-run/labeled" --quiet
     "{{build}}/torch-geometric/bin/python" examples/faces_torch_geometric.py "{{build}}/torch-geometric-run/labeled"
 
+# The wheel for aarch64 in a Debian of that processor, emulated, against this program (needs root, debootstrap and qemu-user-static)
+check-wheel-aarch64: (wheel "aarch64-unknown-linux-gnu")
+    cargo build --release
+    tools/wheel/check_foreign.sh "{{program}}"
+
 # Models of tools/onnx/make_model.py on ONNX Runtime, which pip installs.
 onnx:
     cargo build --release
