@@ -14,21 +14,28 @@ oldest=2.17
 test -x "$tools/bin/python" || python3 -m venv "$tools"
 "$tools/bin/python" -m pip install --quiet --disable-pip-version-check maturin==1.16.0
 built="$CARGO_TARGET_DIR/release"
-compile=(cargo build)
+# The tag of the wheel depends on the library of the module, too.
+what=(--bins --lib)
 for_target=()
 if [ -n "$target" ]; then
     "$tools/bin/python" -m pip install --quiet --disable-pip-version-check cargo-zigbuild==0.24.1 ziglang==0.17.1
     rustup target add "$target" >&2
     export PATH="$tools/bin:$PATH"
     built="$CARGO_TARGET_DIR/$target/release"
-    compile=(cargo zigbuild --target "$target.$oldest")
-    for_target=(--target "$target" --zig)
+    what=(--bin partprobe)
+    for_target=(--target "$target")
+    # One linker for both builds. With those that cargo-zigbuild and maturin bring, cargo would compile everything twice.
+    linker="$tools/bin/link-$target"
+    printf '#!/bin/sh\nexec "%s" zig cc -- -target %s "$@"\n' "$tools/bin/cargo-zigbuild" "${target/-unknown/}.$oldest" > "$linker"
+    chmod +x "$linker"
+    variable="CARGO_TARGET_${target^^}_LINKER"
+    export "${variable//-/_}=$linker"
     # The strip of this machine does not know the other processor.
     export CARGO_PROFILE_RELEASE_STRIP=symbols
 fi
 
 # With `--workspace` the libraries have the features that they have everywhere: maturin finds them compiled.
-"${compile[@]}" --release --locked --workspace --bin partprobe
+cargo build --release --locked --workspace "${what[@]}" "${for_target[@]}"
 rm -rf "$scripts"
 mkdir -p "$scripts"
 install -m 755 "$built/partprobe" "$scripts/partprobe"
