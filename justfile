@@ -196,7 +196,7 @@ wheel target="":
 dist *arguments:
     tools/dist/build.sh {{arguments}}
 
-# The scripts for Slurm and HyperQueue, with tasks that are killed and repeated: just prove-array OUT [DIR...] (installs hyperqueue)
+# The scripts for Slurm and HyperQueue, with tasks that are killed and repeated: just prove-array OUT [DIR...] [--hq PROGRAM] (installs hyperqueue)
 prove-array out *folders: (_venv "clusters" "hyperqueue")
     cargo build --release
     "{{build}}/clusters/bin/python" tools/clusters/prove_array.py "{{program}}" {{out}} {{folders}} --hyperqueue

@@ -16,10 +16,18 @@ out=${2:?the second argument is a folder that all nodes see}
 
 if [ -z "${HQ_TASK_ID:-}" ]; then
     mkdir -p "$out"
-    hq submit --wait --name partprobe --array "0-$((shares - 1))" --cpus "$cpus" --env "SHARES=$shares" --env "CPUS=$cpus" \
-        -- "$(realpath "$0")" "$@"
+    job=$(hq --output-mode quiet submit --wait --name partprobe --array "0-$((shares - 1))" --cpus "$cpus" \
+        --env "SHARES=$shares" --env "CPUS=$cpus" -- "$(realpath "$0")" "$@")
+    # HyperQueue calls the wait a success if tasks failed, too. Shares of an earlier call must not be joined then.
+    if ! hq --output-mode quiet job list --filter finished | grep -x "$job FINISHED" > /dev/null; then
+        hq job cat "$job" stderr >&2
+        echo "error: tasks of job $job failed. The same command continues. If no file of a share has a shape, which is an error" \
+            "of its task, too, join the shares: partprobe merge $out/share-* --out $out/dataset" >&2
+        exit 1
+    fi
     exec partprobe merge "$out"/share-* --out "$out/dataset"
 fi
 
+# `exec`, so that the signal that HyperQueue sends to tasks of a lost worker reaches the program.
 exec partprobe label "$inputs" --out "$out/share-$(printf '%05d' "$HQ_TASK_ID")" --shard "$((HQ_TASK_ID + 1))/$shares" \
     --jobs "$cpus" --resume --quiet "${@:3}"
