@@ -21,8 +21,7 @@ if [ -z "${HQ_TASK_ID:-}" ]; then
     # HyperQueue calls the wait a success if tasks failed, too. Shares of an earlier call must not be joined then.
     if ! hq --output-mode quiet job list --filter finished | grep -x "$job FINISHED" > /dev/null; then
         hq job cat "$job" stderr >&2
-        echo "error: tasks of job $job failed. The same command continues. If no file of a share has a shape, which is an error" \
-            "of its task, too, join the shares: partprobe merge $out/share-* --out $out/dataset" >&2
+        echo "error: tasks of job $job failed; the same command continues" >&2
         exit 1
     fi
     exec partprobe merge "$out"/share-* --out "$out/dataset"

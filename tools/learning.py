@@ -24,6 +24,9 @@ COMMON = (
     "train.steps=1500",
     "train.valid_every=1500",
     'net.refine={ type = "mean-shift", kappa = 20.0, steps = 8 }',
+    # The defaults before this study, with which each change is compared.
+    "loss.pull_weight=1.0",
+    "loss.pull_margin=0.1",
 )
 ROWS = (
     ("defaults", ()),
@@ -90,9 +93,11 @@ def main():
     parser.add_argument("--partprobe", default="target/release/partprobe")
     parser.add_argument("--config", default="real-small")
     parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--rows", nargs="+", metavar="CHANGE", default=[name for name, _ in ROWS], help="the first is compared with")
     arguments = parser.parse_args()
     arguments.out.mkdir(parents=True, exist_ok=True)
-    folders = [(name, settings, run(arguments, name, settings)) for name, settings in ROWS]
+    chosen = [(name, settings) for name, settings in ROWS if name in arguments.rows]
+    folders = [(name, settings, run(arguments, name, settings)) for name, settings in chosen]
     first = folders[0][2]
 
     print("Validation, each source against itself (mean ± standard deviation over three seeds):\n")

@@ -118,13 +118,40 @@ def run(name, study, arguments):
     print(f"{study['page']}: the block `{name}` is new", file=sys.stderr)
 
 
+def overlaid(lower, upper):
+    """One table of settings over another. A table with a `type` replaces one of another type."""
+    merged = dict(lower)
+    for key, value in upper.items():
+        below = merged.get(key)
+        is_same = isinstance(below, dict) and isinstance(value, dict) and value.get("type", below.get("type")) == below.get("type")
+        merged[key] = overlaid(below, value) if is_same else value
+    return merged
+
+
+def merged_config(name, read):
+    """A config over all that it builds on. `read` gives the text of a file."""
+    own = tomllib.loads(read(name))
+    base = own.pop("base", None)
+    return overlaid(merged_config(f"configs/{base}", read), own) if base else own
+
+
 def have_other_values(study, commit):
-    """Whether a config says something else than at a commit. Comments do not count."""
-    for name in study["configs"]:
+    """Whether an experiment says something else than at a commit: comments do not count, nor which file of its chain says a value."""
+
+    def read_then(name):
         done = subprocess.run(["git", "show", f"{commit}:{name}"], cwd=ROOT, capture_output=True, text=True)
-        if done.returncode != 0 or tomllib.loads(done.stdout) != tomllib.loads((ROOT / name).read_text()):
-            return True
-    return False
+        if done.returncode != 0:
+            raise FileNotFoundError(name)
+        return done.stdout
+
+    def read_now(name):
+        return (ROOT / name).read_text()
+
+    bases = {f"configs/{tomllib.loads(read_now(name)).get('base')}" for name in study["configs"]}
+    try:
+        return any(merged_config(name, read_then) != merged_config(name, read_now) for name in study["configs"] if name not in bases)
+    except FileNotFoundError:
+        return True
 
 
 def state_of(name, study):

@@ -630,8 +630,8 @@ def batch_of(tokens, patch, stages):
     return tokens.features, stem, levels_of(tokens.cells, tokens.axes, patch, turns)
 
 
-def cosdisc(rows, labels, pull_margin=0.1, push_margin=0.3, temperature=0.1):
-    """Pull, push and prototype cross-entropy, each with weight 1, averaged over parts; see docs of partprobe."""
+def cosdisc(rows, labels, pull_weight=2.0, pull_margin=0.0, push_margin=0.3, temperature=0.1):
+    """Pull, push and prototype cross-entropy, averaged over parts, with the weights and margins of partprobe's configs/base.toml."""
     unit = F.normalize(rows, dim=1)
     _, part, count = torch.unique(labels, return_inverse=True, return_counts=True)
     n_parts = len(count)
@@ -644,7 +644,7 @@ def cosdisc(rows, labels, pull_margin=0.1, push_margin=0.3, temperature=0.1):
     between = (centers @ centers.t()).triu(1)
     push = 2 * (F.relu(between - push_margin).triu(1)).sum() / (n_parts * (n_parts - 1))
     ce = (share * F.cross_entropy(cosines / temperature, part, reduction="none")).sum()
-    return pull + push + ce
+    return pull_weight * pull + push + ce
 
 
 def training_step(network, optimizer, batch, labels):

@@ -220,6 +220,48 @@ fn shares_join_to_the_batch_of_one_machine() {
     );
 }
 
+#[test]
+fn a_share_without_a_shape_is_joined_like_any_other() {
+    let folder = folder_with_steps();
+    let path = folder.path();
+    fs::create_dir(path.join("mixed")).unwrap();
+    let good = fs::read_dir(path.join("s")).unwrap().find_map(|entry| {
+        let file = entry.unwrap().path();
+        file.extension()
+            .is_some_and(|end| end == "step")
+            .then_some(file)
+    });
+    fs::copy(good.unwrap(), path.join("mixed/good.step")).unwrap();
+    fs::write(path.join("mixed/bad.step"), "no STEP text").unwrap();
+    for share in ["1/2", "2/2"] {
+        let out = share.replace('/', "-of-");
+        check(
+            path,
+            &["label", "mixed", "--out", &out, "--shard", share],
+            0,
+            "",
+        );
+    }
+    check(
+        path,
+        &["merge", "1-of-2", "2-of-2", "--out", "joined"],
+        0,
+        "",
+    );
+    check(path, &["label", "mixed", "--out", "one-machine"], 0, "");
+    assert_eq!(
+        contents(&path.join("joined")),
+        contents(&path.join("one-machine"))
+    );
+    let told = "no file could be labeled";
+    check(
+        path,
+        &["label", "mixed/bad.step", "--out", "alone"],
+        1,
+        told,
+    );
+}
+
 fn tarred(members: &[(String, Vec<u8>)]) -> Vec<u8> {
     let mut tar = tar::Builder::new(Vec::new());
     for (name, bytes) in members {

@@ -30,7 +30,7 @@ fn a_config_builds_on_others_and_an_error_names_its_file_and_line() {
     for value in [
         "theta_deg = 12.5",
         "steps = 77",
-        "pull_weight = 2.0",
+        "cell_exchange = true",
         "embedding_dim = 128",
     ] {
         assert!(shown.lines().any(|line| line == value), "{value}\n{shown}");

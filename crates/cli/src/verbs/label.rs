@@ -35,7 +35,8 @@ DATASET holds a carrier <id>.npz for each shape (numpy.load opens it), index.jso
 with the settings, and timing.jsonl. One bad file never ends a batch: its line in the index says why.
 What is done is on disk at once: after Ctrl-C, a kill or a power cut, --resume continues to the same bytes, and
 `partprobe status DATASET` says how far it is.
-Exit codes: 0 at least one shape labeled (with --strict: no bad file), 1 none, 2 wrong usage, 130 stopped by Ctrl-C.
+Exit codes: 0 at least one shape labeled, or a share with --shard (with --strict: no bad file), 1 no shape, 2 wrong usage,
+130 stopped by Ctrl-C.
 Of a finished data set, --resume labels again what is missing, damaged or changed.")]
 pub(crate) struct LabelArgs {
     /// STEP files (packed ones too), archives of them, folders, or text files that list paths; `-` is the standard input.
@@ -142,7 +143,7 @@ enum Kernel {
 /// Labels, and prints what came of it.
 ///
 /// # Errors
-/// If no file could be labeled, or with `--strict` any could not.
+/// If no file could be labeled and this is not a share of a batch, or with `--strict` any could not.
 pub(crate) fn label(args: &LabelArgs) -> Result<()> {
     // The standard input is read before anybody listens for Ctrl-C, which then ends the wait for it. The file lives as long as the
     // batch.
@@ -150,11 +151,10 @@ pub(crate) fn label(args: &LabelArgs) -> Result<()> {
     let summary =
         label_paths(&job, &Interrupt::listen()?).map_err(|error| with_advice(error, args))?;
     print_line(&summary)?;
-    // A small share of a small batch may hold nothing at all.
-    let is_empty_share = args.shard.is_some() && summary.n_files == 0;
     let index = args.out.join(INDEX_FILE);
+    // A share without a shape is a part of its batch like any other, and `merge` joins it.
     ensure!(
-        summary.n_labeled > 0 || is_empty_share,
+        summary.n_labeled > 0 || args.shard.is_some(),
         "no file could be labeled; {} says why",
         index.display()
     );

@@ -29,13 +29,13 @@ pub struct LossConfig {
 }
 
 impl Default for LossConfig {
-    /// The weights, margins and temperature of the method, weighted by point.
+    /// The weights, margins and temperature of the shipped configs, weighted by point.
     fn default() -> Self {
         Self {
-            pull_weight: 1.0,
+            pull_weight: 2.0,
             push_weight: 1.0,
             proto_ce_weight: 1.0,
-            pull_margin: 0.1,
+            pull_margin: 0.0,
             push_margin: 0.3,
             temperature: 0.1,
             pull: Pull::Cosine,
