@@ -225,13 +225,7 @@ fn a_share_without_a_shape_is_joined_like_any_other() {
     let folder = folder_with_steps();
     let path = folder.path();
     fs::create_dir(path.join("mixed")).unwrap();
-    let good = fs::read_dir(path.join("s")).unwrap().find_map(|entry| {
-        let file = entry.unwrap().path();
-        file.extension()
-            .is_some_and(|end| end == "step")
-            .then_some(file)
-    });
-    fs::copy(good.unwrap(), path.join("mixed/good.step")).unwrap();
+    fs::copy(path.join("s/twins.stp"), path.join("mixed/good.step")).unwrap();
     fs::write(path.join("mixed/bad.step"), "no STEP text").unwrap();
     for share in ["1/2", "2/2"] {
         let out = share.replace('/', "-of-");

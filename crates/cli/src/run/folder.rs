@@ -366,7 +366,10 @@ mod tests {
         let told = RunFolder::open(root.path(), &config("train.steps=4"), true).unwrap_err();
         let told = format!("{told:#}");
         assert!(told.contains("train.steps is 3, not 4"), "{told}");
-        assert!(told.contains("spans all of train.steps"), "{told}");
+        assert!(
+            told.contains("must give all former updates the same learning rate"),
+            "{told}"
+        );
         assert!(told.contains("--init"), "{told}");
         assert!(RunFolder::open(root.path(), &config("train.steps=3"), true).is_ok());
     }
