@@ -1,16 +1,16 @@
-//! Joins the visible pieces of a surface to areas of one color, in the order in which they are painted.
+//! Joins the visible pieces of a surface to areas of one color, in painting order.
 
 use crate::Rgb;
 use crate::drawing::{Item, Spot};
 use crate::sight::{SIDE, Sight};
 use std::collections::BTreeMap;
 
-/// Brightness is rounded to this many levels, so that neighboring pieces of a curved face join.
+/// Brightness is rounded to this many levels, so that neighboring pieces of a curved face are joined.
 const LEVELS: f64 = 40.0;
-/// A corner that is nearer to the line between its neighbors, in samples, is left out.
+/// A corner is left out if it is nearer than this distance (in samples) to the line between its neighbors.
 const STRAIGHT: f64 = 0.05;
 
-/// The color of a piece in the light.
+/// The color of a piece with its shading.
 pub(crate) fn lit(color: Rgb, shade: f64) -> Rgb {
     let level = (shade * LEVELS).round() / LEVELS;
     color.map(|channel| (f64::from(channel) * level).round() as u8)
@@ -31,12 +31,12 @@ pub(crate) fn areas(sight: &Sight, color_of_face: &[Rgb], size: f64) -> Vec<Item
     of_one_color.map(item).collect()
 }
 
-/// The borders of what pieces cover together. Sides between two of them are left out.
+/// The borders of the union of pieces. Sides between two of them are left out.
 fn borders(sight: &Sight, pieces: &[u32], scale: f64) -> Vec<Vec<Spot>> {
     let mut sides: BTreeMap<[u32; 2], u32> = BTreeMap::new();
     for &piece in pieces {
         let [a, b, c] = sight.pieces[piece as usize].corners;
-        // All pieces go around in the same direction, whichever side of them is seen.
+        // The corners of all pieces are in the same rotational direction, also if the back of a piece is seen.
         let [a, b, c] = if sight.signed_area(piece as usize) < 0.0 {
             [a, c, b]
         } else {
@@ -61,7 +61,8 @@ fn borders(sight: &Sight, pieces: &[u32], scale: f64) -> Vec<Vec<Spot>> {
     while let Some((&[start, _], _)) = sides.first_key_value() {
         let mut border = Vec::new();
         let mut here = start;
-        // As many sides end at a corner as begin there, so a walk ends where it began.
+        // The number of sides that end at a corner equals the number of sides that begin there, so a walk ends at its first
+        // corner.
         while let Some(next) = next_side(&mut sides, here) {
             border.push(at(here));
             here = next;
@@ -75,7 +76,7 @@ fn borders(sight: &Sight, pieces: &[u32], scale: f64) -> Vec<Vec<Spot>> {
     borders
 }
 
-/// Takes a side that begins at a corner, and returns where it ends.
+/// Removes a side that begins at a corner, and returns its other end.
 fn next_side(sides: &mut BTreeMap<[u32; 2], u32>, from: u32) -> Option<u32> {
     let (&side, n) = sides.range_mut([from, 0]..=[from, u32::MAX]).next()?;
     *n -= 1;
@@ -85,7 +86,7 @@ fn next_side(sides: &mut BTreeMap<[u32; 2], u32>, from: u32) -> Option<u32> {
     Some(side[1])
 }
 
-/// A border without the corners that its neighbors' line goes through.
+/// A border without the corners that lie on the line between their neighbors.
 fn without_straight_corners(border: &[Spot]) -> Vec<Spot> {
     let mut kept: Vec<Spot> = Vec::with_capacity(border.len());
     for (corner, &at) in border.iter().enumerate() {
@@ -113,7 +114,7 @@ mod tests {
     use crate::camera::Look;
     use partprobe_carrier::Mesh;
 
-    /// A square of four triangles around its center, in the plane y = 0; the last triangle has another face.
+    /// A square of four triangles around its center, in the plane y = 0. The last triangle belongs to another face.
     fn square() -> Mesh {
         let at = |x: f64, z: f64| [x, 0.0, z];
         Mesh {

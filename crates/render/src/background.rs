@@ -1,29 +1,29 @@
-//! Says what is behind a picture: white, a color, or nothing.
+//! Defines the background of a picture: white, a color, or nothing.
 
 use crate::Rgb;
 use std::fmt;
 use std::str::FromStr;
 
-/// Text on a background that is darker than this is light.
+/// Text is light if the background is darker than this.
 const DARK: f64 = 128.0;
 /// The color of text on a light background.
 const DARK_INK: Rgb = [40; 3];
 /// The color of text on a dark background.
 const LIGHT_INK: Rgb = [235; 3];
 
-/// What is behind a picture.
+/// The background of a picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Background {
     /// White.
     #[default]
     White,
-    /// Nothing: what is behind the picture can be seen.
+    /// No background: the page behind the picture is visible.
     Transparent,
     /// A color.
     Color(Rgb),
 }
 
-/// Why a text is not a background.
+/// The reason why a text is not a background.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("`{0}` is not a background; choose white, transparent, or a color such as #f0f0f0")]
 pub struct NotABackground(String);
@@ -45,7 +45,7 @@ impl FromStr for Background {
     }
 }
 
-/// The color of six hexadecimal digits, or of three, each of which counts twice.
+/// The color of six hexadecimal digits, or of three digits, each of which is repeated.
 fn rgb_of(digits: &str) -> Option<Rgb> {
     let values: Option<Vec<u8>> = digits
         .chars()
@@ -73,7 +73,7 @@ impl fmt::Display for Background {
 }
 
 impl Background {
-    /// The color, or `None` if there is nothing.
+    /// The color, or `None` if there is no background.
     #[must_use]
     pub fn color(self) -> Option<Rgb> {
         match self {
@@ -83,7 +83,7 @@ impl Background {
         }
     }
 
-    /// The color of text, which is seen on this background. Transparent pictures are mostly put on white.
+    /// The color of text that is readable on this background. Transparent pictures are mostly placed on white.
     #[must_use]
     pub(crate) fn ink(self) -> Rgb {
         let [r, g, b] = self.color().unwrap_or([255; 3]).map(f64::from);

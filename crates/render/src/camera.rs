@@ -1,8 +1,8 @@
-//! Fits an orthographic camera to what it looks at.
+//! Fits an orthographic camera to a shape.
 
 use partprobe_carrier::{Point, cross, dot, norm, subtract};
 
-/// Where a camera may stand: the corners of a cube that is a little flattened, the usual one (upper front right) first.
+/// The possible positions of a camera: the corners of a slightly flattened cube. The usual one (upper front right) comes first.
 pub(crate) const CORNERS: [Point; 8] = [
     [0.55, -0.75, 0.55],
     [-0.55, -0.75, 0.55],
@@ -14,12 +14,12 @@ pub(crate) const CORNERS: [Point; 8] = [
     [-0.55, 0.75, -0.55],
 ];
 
-/// From where a shape is seen.
+/// The direction from which a shape is seen.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Look {
     /// The direction from the shape to the camera.
     pub(crate) toward: Point,
-    /// What points up in the picture; not parallel to `toward`.
+    /// The direction that points up in the picture. It is not parallel to `toward`.
     pub(crate) up: Point,
 }
 
@@ -75,7 +75,7 @@ impl Camera {
         }
     }
 
-    /// Column, row and nearness of a point, all in samples; larger is nearer.
+    /// Column, row and nearness of a point, all in samples. A point with a larger nearness is nearer.
     pub(crate) fn project(&self, point: Point) -> Point {
         let scaled = |axis: Point, center: f64| (dot(point, axis) - center) * self.samples_per_mm;
         [
@@ -85,9 +85,9 @@ impl Camera {
         ]
     }
 
-    /// Brightness of a surface with this unit normal, from 0.6 to 1: a head light, and one above the camera.
+    /// Brightness of a surface with this unit normal, from 0.6 to 1. There is one light at the camera and one above it.
     ///
-    /// Surfaces are lit from both sides: open shells have no inside.
+    /// Surfaces are lit from both sides, because open shells have no inside.
     pub(crate) fn brightness(&self, normal: Point) -> f64 {
         let facing = dot(normal, self.toward);
         let outward = if facing < 0.0 {
@@ -99,7 +99,7 @@ impl Camera {
     }
 }
 
-/// The normal of a triangle; any unit vector where it has none.
+/// The normal of a triangle, or any unit vector if it has none.
 pub(crate) fn facet_normal([a, b, c]: [Point; 3]) -> Point {
     unit(cross(subtract(b, a), subtract(c, a)))
 }

@@ -1,4 +1,4 @@
-//! Holds pictures of areas, lines and texts, which stay sharp at any size, and joins them to sheets with captions and legends.
+//! Defines pictures of areas, lines and texts, which are sharp at any size, and joins them to sheets with captions and legends.
 
 use crate::helvetica::text_width;
 use crate::image::caption_text;
@@ -7,37 +7,37 @@ use crate::{Background, Rgb};
 
 /// The size of letters, in dots of the typeface of images.
 const FONT_DOTS: f64 = 9.5;
-/// From the top of a line of text to the line that its letters stand on, in dots.
+/// The distance from the top of a line of text to its baseline, in dots.
 const BASELINE_DOTS: f64 = 7.5;
 /// The height of a caption, in dots.
 const CAPTION_DOTS: f64 = 14.0;
-/// The mean width of a letter compared with the size of letters: decides how much of a long name is shown.
+/// The mean width of a letter relative to the size of letters. It determines the number of shown letters of a long name.
 const MEAN_LETTER: f64 = 0.55;
 
 /// A picture of areas, lines and texts. Its units are the pixels of an SVG file and the points of a PDF file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Drawing {
-    /// From left to right.
+    /// The width.
     pub width: f64,
-    /// From top to bottom.
+    /// The height.
     pub height: f64,
-    /// What is behind the picture.
+    /// The background of the picture.
     pub(crate) background: Background,
-    /// What is drawn, in this order.
+    /// The drawn items, in painting order.
     pub(crate) items: Vec<Item>,
 }
 
-/// To the right and down, from the upper left corner.
+/// A point of a picture: its distances to the right and down from the upper left corner.
 pub(crate) type Spot = [f64; 2];
 
-/// A thing that is drawn.
+/// An item of a drawing.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Item {
     /// Areas of one color, each with its border. Borders in the opposite direction are holes.
     Fill {
         /// The color.
         color: Rgb,
-        /// The borders, without the first point at the end.
+        /// The borders. The first point of a border is not repeated at its end.
         borders: Vec<Vec<Spot>>,
     },
     /// Lines of one color.
@@ -51,11 +51,11 @@ pub(crate) enum Item {
     },
     /// A text.
     Text {
-        /// What is written.
+        /// The content of the text.
         text: String,
-        /// A point of the line that the letters stand on.
+        /// A point of the baseline of the text.
         at: Spot,
-        /// Which point of the line it is.
+        /// The place of this point along the text.
         anchor: Anchor,
         /// The size of the letters.
         size: f64,
@@ -64,7 +64,7 @@ pub(crate) enum Item {
     },
 }
 
-/// The point of a text that is put at its place.
+/// The place along a text that is at the given point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Anchor {
     /// The left end.
@@ -76,7 +76,7 @@ pub(crate) enum Anchor {
 }
 
 impl Anchor {
-    /// How much of the text is left of the point.
+    /// The fraction of the text to the left of the point.
     pub(crate) fn share_before(self) -> f64 {
         match self {
             Self::Start => 0.0,
@@ -114,7 +114,7 @@ impl Drawing {
         }
     }
 
-    /// Drawings in rows of `columns`, on the background of the first one; each cell is as large as the largest drawing.
+    /// Drawings in rows of `columns`, on the background of the first one. Each cell is as large as the largest drawing.
     #[must_use]
     pub fn sheet(drawings: &[Self], columns: usize) -> Self {
         let largest = |side: fn(&Self) -> f64| drawings.iter().map(side).fold(0.0, f64::max);
@@ -152,7 +152,7 @@ impl Drawing {
         drawing
     }
 
-    /// The drawing with a legend at its right side. It has as many rows as the drawing has room for.
+    /// The drawing with a legend at its right side. It has as many rows as fit next to the drawing.
     #[must_use]
     pub fn with_legend(&self, legend: &Legend, scale: f64) -> Self {
         let size = FONT_DOTS * scale;

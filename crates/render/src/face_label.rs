@@ -1,5 +1,5 @@
-//! Tells which number of a face is shown or exported: its part, its primitive type, its own index, its color in the CAD file, or its
-//! label in a stored layer.
+//! Defines which number of a face is shown or exported: its part, its primitive type, its own index, its color in the CAD file,
+//! or its label in a stored layer.
 
 use crate::palette::UNLABELED;
 use crate::{Rgb, color_of_type, colors_of_labels};
@@ -10,24 +10,25 @@ use std::convert::Infallible;
 use std::fmt;
 use std::str::FromStr;
 
-/// What gives a face its label.
+/// The source of a face's label.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum FaceLabel {
-    /// The part after small ones were absorbed: `face_label` of the carrier, what networks are trained on.
+    /// The part after small parts were absorbed: `face_label` of the carrier. Networks are trained on it.
     Part,
-    /// The part by type and dihedral angle alone: `face_part` of the carrier.
+    /// The part by only type and dihedral angle: `face_part` of the carrier.
     RawPart,
     /// The primitive type: 0 plane, 1 cylinder, 2 cone, 3 sphere, 4 torus, 5 bezier, 6 bspline, …
     Type,
     /// The face itself.
     Face,
-    /// The color that the STEP file gives the face: 0 for the first color, 1 for the second, and so on; -1 for a face without one.
+    /// The color of the face in the STEP file: 0 for the first color, 1 for the second, and so on, and -1 for a face without a
+    /// color.
     Cad,
     /// A label layer that the carrier stores, by its name.
     Layer(String),
 }
 
-/// A carrier does not store the label layer that is asked for.
+/// A carrier does not store the requested label layer.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
     "it has no label layer `{name}`, only {known}; choose part, raw-part, type, face, cad or one of these layers (`label --layers` stores more)"
@@ -98,7 +99,7 @@ impl FaceLabel {
         }
     }
 
-    /// The part of each face, for files that hold part, face and type. A layer takes the place of the parts.
+    /// The part of each face, for files with part, face and type. A layer replaces the parts.
     ///
     /// # Errors
     /// If the carrier does not have the layer.
@@ -109,8 +110,8 @@ impl FaceLabel {
         }
     }
 
-    /// The color of each face, different where labels touch; types have the same colors everywhere. Colors of the CAD file are shown
-    /// as they are, and a face without one is gray.
+    /// The color of each face. Labels that touch have different colors, and types have the same colors in all pictures. Colors of
+    /// the CAD file are shown without changes, and a face without a color is gray.
     ///
     /// # Errors
     /// If the carrier does not have the layer.
@@ -131,7 +132,7 @@ impl FaceLabel {
         ))
     }
 
-    /// The word that stands for the label in file names.
+    /// The word for the label in file names.
     #[must_use]
     pub fn noun(&self) -> &'static str {
         match self {
@@ -150,7 +151,7 @@ fn rgb(Color(rgba): Color) -> Rgb {
     [r, g, b]
 }
 
-/// Numbers the colors of the faces in the order in which the faces have them.
+/// Numbers the colors of the faces in the order of their first faces.
 fn color_numbers(carrier: &Carrier) -> Vec<i32> {
     let mut number_of = BTreeMap::new();
     let faces = carrier.graph().faces.iter();

@@ -1,15 +1,15 @@
-//! Holds a small typeface for captions: letters of 5 by 8 dots, drawn for this program. Neighboring dots are joined by strokes.
+//! Defines a small typeface for captions: letters of 5 by 8 dots, drawn for this program. Neighboring dots are joined by strokes.
 
 /// Dots in a row of a letter.
 pub(crate) const WIDTH: usize = 5;
-/// Rows of a letter; the last one is for what hangs below the line.
+/// Rows of a letter. The last row is for descenders.
 pub(crate) const HEIGHT: usize = 8;
-/// From one letter to the next.
+/// The distance from one letter to the next.
 pub(crate) const ADVANCE: usize = WIDTH + 1;
-/// What stands for a character that has no drawing.
+/// The replacement of a character without a drawing.
 const UNKNOWN: char = '?';
 
-/// The rows of a character from the top, one bit a dot, the leftmost highest.
+/// The rows of a character from the top, one bit per dot. The leftmost dot is the highest bit.
 pub(crate) fn glyph(character: char) -> [u8; HEIGHT] {
     let find = |wanted: char| GLYPHS.iter().find(|(drawn, _)| *drawn == wanted);
     let rows = find(character)
@@ -30,7 +30,7 @@ pub(crate) type Stroke = [[f64; 2]; 2];
 
 /// The strokes of a character, in dots.
 ///
-/// Dots that touch at a corner are joined only if no other dot joins them, so that bends stay round and corners stay sharp.
+/// Dots that touch at a corner are joined only if no other dot joins them. So bends stay round and corners stay sharp.
 pub(crate) fn strokes(character: char) -> Vec<Stroke> {
     let rows = glyph(character);
     let has = |row: usize, column: usize| {

@@ -13,7 +13,7 @@ const WIDTHS: [u16; 95] = [
 /// The width of any other character.
 const OTHER: u16 = 556;
 
-/// How long a text is if its letters have this size.
+/// The length of a text whose letters have this size.
 pub(crate) fn text_width(text: &str, size: f64) -> f64 {
     let width = |character: char| {
         let place = (character as usize).checked_sub(' ' as usize);

@@ -1,9 +1,9 @@
-//! Holds images, joins them to sheets, writes text on them, and makes PNG files of them.
+//! Defines images, joins them to sheets, writes text on them, and makes PNG files of them.
 
 use crate::glyphs::{ADVANCE, HEIGHT, Stroke, WIDTH, strokes};
 use crate::{Background, Rgb};
 
-/// Half the width of the strokes of letters, in dots; no stroke is narrower than a pixel.
+/// Half the width of the strokes of letters, in dots. No stroke is narrower than a pixel.
 const HALF_STROKE: f64 = 0.46;
 /// The rows of a caption, in dots.
 const CAPTION_ROWS: f64 = HEIGHT as f64 + 6.0;
@@ -17,7 +17,7 @@ pub struct Image {
     pub height: usize,
     /// `width * height * 4` bytes. A transparent pixel is black.
     pub rgba: Vec<u8>,
-    /// What is behind the picture and its captions.
+    /// The background of the picture and its captions.
     background: Background,
 }
 
@@ -28,7 +28,7 @@ impl Image {
         Self::blank(width, height, Background::White)
     }
 
-    /// An image of the background alone.
+    /// An image with only the background.
     #[must_use]
     pub fn blank(width: usize, height: usize, background: Background) -> Self {
         let pixel = background
@@ -47,7 +47,7 @@ impl Image {
         self.rgba[start..start + 4].copy_from_slice(&color);
     }
 
-    /// Puts a color on a pixel that it covers in part, from 0 to 1. A pixel outside of the image is left out.
+    /// Mixes a color into a pixel with a coverage from 0 to 1. A pixel outside of the image is ignored.
     fn blend(&mut self, row: usize, column: usize, color: Rgb, coverage: f64) {
         if row >= self.height || column >= self.width || coverage <= 0.0 {
             return;
@@ -69,7 +69,7 @@ impl Image {
         self.set(row, column, pixel);
     }
 
-    /// Draws another image over this one; what would be outside is cut off.
+    /// Draws another image over this one. Pixels outside of this image are cut off.
     pub(crate) fn draw(&mut self, other: &Self, top: usize, left: usize) {
         let width = other.width.min(self.width.saturating_sub(left));
         for row in 0..other.height.min(self.height.saturating_sub(top)) {
@@ -93,7 +93,7 @@ impl Image {
         }
     }
 
-    /// Images in rows of `columns`, on the background of the first one; each cell is as large as the largest image.
+    /// Images in rows of `columns`, on the background of the first one. Each cell is as large as the largest image.
     #[must_use]
     pub fn sheet(images: &[Self], columns: usize) -> Self {
         let largest = |side: fn(&Self) -> usize| images.iter().map(side).max().unwrap_or(0);
@@ -118,7 +118,7 @@ impl Image {
 
     /// The image with `name` and `note` in a line below it, centered, `scale` pixels per dot of a letter.
     ///
-    /// A name that is too long loses its beginning, because what tells files apart is at the end.
+    /// The beginning of a name that is too long is cut off, because files mostly differ at the ends of their names.
     #[must_use]
     pub fn with_caption(&self, name: &str, note: &str, scale: f64) -> Self {
         let text = caption_text(name, note, self.width as f64 / (ADVANCE as f64 * scale));
@@ -137,7 +137,7 @@ impl Image {
         image
     }
 
-    /// Writes a text whose upper left corner is there, in pixels.
+    /// Writes a text with its upper left corner at this point, in pixels.
     pub(crate) fn draw_text(&mut self, text: &str, [left, top]: [f64; 2], scale: f64) {
         for (place, character) in text.chars().enumerate() {
             let left = left + (place * ADVANCE) as f64 * scale;
@@ -194,11 +194,11 @@ impl Image {
     }
 }
 
-/// Why an image cannot be written as PNG.
+/// The reason why an image cannot be written as PNG.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum PngError {
-    /// A side has more pixels than the format can say.
+    /// A side has more pixels than the format can represent.
     #[error("an image with a side of {0} pixels is too large for PNG")]
     TooLarge(usize),
     /// The encoder refused the image, for example because it is empty.
@@ -210,7 +210,7 @@ fn png_side(n_pixels: usize) -> Result<u32, PngError> {
     u32::try_from(n_pixels).map_err(|_| PngError::TooLarge(n_pixels))
 }
 
-/// How long a text is, in pixels.
+/// The length of a text, in pixels.
 pub(crate) fn text_width(text: &str, scale: f64) -> f64 {
     (text.chars().count() * ADVANCE) as f64 * scale
 }
@@ -224,13 +224,13 @@ fn distance([x, y]: [f64; 2], [from, to]: &Stroke) -> f64 {
     (x - from[0] - along * along_x).hypot(y - from[1] - along * along_y)
 }
 
-/// The text of a caption for which there is room for `most` characters.
+/// The text of a caption with at most `most` characters.
 pub(crate) fn caption_text(name: &str, note: &str, most: f64) -> String {
     let room = (most as usize).saturating_sub(note.chars().count() + 1);
     fitted(name, room) + note
 }
 
-/// The text, or two dots and its end where there is room for no more than `most` characters.
+/// The text, or two dots and its end if it has more than `most` characters.
 fn fitted(text: &str, most: usize) -> String {
     let too_many = text.chars().count().saturating_sub(most);
     if too_many == 0 {

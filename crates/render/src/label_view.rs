@@ -7,12 +7,12 @@ use crate::{Background, Image, Rgb};
 use partprobe_carrier::{Mesh, Point, weld};
 use std::collections::BTreeSet;
 
-/// Side of the small pictures by which corners are compared.
+/// The side of the small pictures by which corners are compared.
 const TRIAL_SIDE: usize = 160;
 /// Samples along each side of a pixel.
 const FINENESS: usize = 3;
 
-/// A camera for pictures of one shape; the tessellation and the labels may change from picture to picture.
+/// A camera for pictures of one shape. The tessellation and the labels may differ between the pictures.
 #[derive(Clone, Copy, Debug)]
 pub struct LabelView {
     toward: Point,
@@ -38,7 +38,7 @@ impl LabelView {
         }
     }
 
-    /// The picture in these colors, one for each label, with lines where labels meet. Triangles without a label are gray.
+    /// The picture in these colors, one per label, with lines between labels. Triangles without a label are gray.
     #[must_use]
     pub fn picture(&self, mesh: &Mesh, labels: &[i32], color_of_label: &[Rgb]) -> Image {
         let of_face = faces_of(labels);
@@ -58,9 +58,9 @@ impl LabelView {
     }
 }
 
-/// A color for each label of a mesh, such that labels that touch look different.
+/// One color per label of a mesh, such that labels that touch look different.
 ///
-/// `labels` has one label per triangle. `fixed` gives the colors that are decided already, by label: those of labels that
+/// `labels` has one label per triangle. `fixed` gives the colors that are already determined, by label: those of labels that
 /// correspond to labels of another picture. It may be shorter than the list of labels.
 #[must_use]
 pub fn colors_of_triangle_labels(mesh: &Mesh, labels: &[i32], fixed: &[Option<Rgb>]) -> Vec<Rgb> {
@@ -84,7 +84,7 @@ pub fn colors_of_triangle_labels(mesh: &Mesh, labels: &[i32], fixed: &[Option<Rg
     chosen_colors(&neighbors, fixed)
 }
 
-/// The mesh with labels where its faces were, so that lines are drawn between labels alone.
+/// The mesh with labels instead of faces, so that lines are drawn only between labels.
 fn with_labels_as_faces(mesh: &Mesh, labels: &[i32]) -> Mesh {
     let unlabeled = n_labels(labels) as u32;
     let face = |&label: &i32| u32::try_from(label).unwrap_or(unlabeled);

@@ -1,4 +1,5 @@
-//! Says what the colors of a picture mean: a row for each label with its color, its name, its size and its share of the surface.
+//! Makes legends, which explain the colors of a picture: one row per label with its color, its name, its size and its fraction of
+//! the surface.
 
 use crate::glyphs::HEIGHT;
 use crate::image::text_width;
@@ -10,7 +11,7 @@ use std::collections::BTreeMap;
 pub(crate) const ROW_DOTS: f64 = 12.0;
 /// The side of a color's square, in dots.
 pub(crate) const SWATCH_DOTS: f64 = 8.0;
-/// Between the picture and the legend, and between the color and the text, in dots.
+/// The space between the picture and the legend, and between the color and the text, in dots.
 pub(crate) const GAP_DOTS: f64 = 6.0;
 /// Longer names are cut off.
 const MAX_NAME: usize = 28;
@@ -20,22 +21,22 @@ const MAX_NAME: usize = 28;
 pub struct LegendRow {
     /// Its color.
     pub color: Rgb,
-    /// What it is: its number and the primitive type of most of its surface, or the name that it has in its file.
+    /// Its name: its number and the primitive type of most of its surface, or the name in its file.
     pub name: String,
-    /// Its faces; its triangles in a mesh, and its points in a cloud.
+    /// The number of its faces, of its triangles in a mesh, or of its points in a cloud.
     pub n_elements: usize,
-    /// Its share of the area; its share of the points in a cloud.
+    /// Its fraction of the area, or of the points in a cloud.
     pub share: f64,
 }
 
-/// The rows of a legend, the largest share first.
+/// The rows of a legend. The largest fraction comes first.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Legend {
-    /// What a row is: `part`, `type`, `face`, `label` or `color`.
+    /// The name for a row: `part`, `type`, `face`, `label` or `color`.
     pub noun: &'static str,
-    /// What is counted: `faces`, `triangles` or `points`.
+    /// The name for the counted elements: `faces`, `triangles` or `points`.
     pub counted: &'static str,
-    /// One row for each label that a face has.
+    /// One row per label of a face.
     pub rows: Vec<LegendRow>,
 }
 
@@ -72,7 +73,7 @@ impl Legend {
         };
         let mut rows: Vec<LegendRow> = faces_of.iter().map(row).collect();
         rows.retain(|row| row.n_elements > 0);
-        // Rows with equal shares stay in the order of their labels.
+        // Rows with equal fractions stay in the order of their labels.
         rows.sort_by(|a, b| b.share.total_cmp(&a.share));
         Ok(Self {
             noun: label.noun(),
@@ -85,7 +86,8 @@ impl Legend {
         })
     }
 
-    /// The heading and at most `most` rows of three columns: name, count and share. What has no row is counted in the last one.
+    /// The heading and at most `most` rows of three columns: name, count and fraction. The last row counts the labels without
+    /// their own row.
     #[must_use]
     pub(crate) fn lines(&self, most: usize) -> Vec<LegendLine> {
         let mut lines = vec![LegendLine {
@@ -122,12 +124,12 @@ impl Legend {
     }
 }
 
-/// A line of a legend as it is written.
+/// A line of a written legend.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct LegendLine {
-    /// The color of its square; `None` for the heading and for what has no row.
+    /// The color of its square. It is `None` for the heading and for the row of the remaining labels.
     pub(crate) color: Option<Rgb>,
-    /// Name, count and share.
+    /// Name, count and fraction.
     pub(crate) cells: [String; 3],
 }
 
@@ -139,7 +141,7 @@ pub(crate) fn column_widths(lines: &[LegendLine]) -> [usize; 3] {
     })
 }
 
-/// How many rows a legend next to a picture of this height can have, without its heading.
+/// The number of rows that fit in a legend next to a picture of this height, without its heading.
 pub(crate) fn rows_in(height: f64, scale: f64) -> usize {
     ((height / (ROW_DOTS * scale)) as usize)
         .saturating_sub(2)
@@ -147,7 +149,8 @@ pub(crate) fn rows_in(height: f64, scale: f64) -> usize {
 }
 
 impl Image {
-    /// The image with a legend at its right side, `scale` pixels per dot of a letter. It has as many rows as the image has room for.
+    /// The image with a legend at its right side, `scale` pixels per dot of a letter. It has as many rows as fit next to the
+    /// image.
     #[must_use]
     pub fn with_legend(&self, legend: &Legend, scale: f64) -> Self {
         let lines = legend.lines(rows_in(self.height as f64, scale));

@@ -1,4 +1,4 @@
-//! Draws labeled carriers: a mesh with labels goes in, an image of pixels or a drawing of areas and lines comes out.
+//! Draws labeled carriers: a mesh with labels goes in, and an image of pixels or a drawing of areas and lines comes out.
 //!
 //! ```
 //! use partprobe_label::{LabelOptions, label};
@@ -20,8 +20,8 @@
 //! Guarantees: the same carrier and style give the same bytes on every call. A view stores which
 //! triangle each sample of the picture shows, and can be painted with any labels.
 //!
-//! Limits: the camera is orthographic, and the typeface of images has ASCII characters only, that of PDF files those
-//! of Latin-1. Nothing here opens a file, prints, or reads the clock.
+//! Limits: the camera is orthographic. The typeface of images has only ASCII characters, and that of PDF files has those of
+//! Latin-1. Nothing here opens a file, prints, or reads the clock.
 
 mod areas;
 mod background;

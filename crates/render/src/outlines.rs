@@ -1,4 +1,4 @@
-//! Finds the visible lines of a surface: between labels, between faces of one label, and where the surface ends or bends out of sight.
+//! Finds the visible lines of a surface: between labels, between faces of one label, and at ends and silhouettes of the surface.
 
 use crate::Rgb;
 use crate::areas::{is_between, lit};
@@ -9,23 +9,23 @@ use std::collections::BTreeMap;
 
 /// The color of lines between labels and at the outline.
 const LINE: Rgb = [33; 3];
-/// Lines between faces of one label are the color itself, this much darker.
+/// Lines between faces of one label have the color of the label times this factor.
 const SEAM: f64 = 0.72;
-/// The width of lines compared with the side of the picture, and its bounds.
+/// The width of lines relative to the side of the picture, and its bounds.
 const WIDTH: f64 = 1.0 / 520.0;
 const WIDTHS: [f64; 2] = [0.6, 3.0];
-/// Lines between faces are this much narrower.
+/// The factor by which lines between faces are narrower.
 const SEAM_WIDTH: f64 = 0.7;
-/// A surface that is nearer to the camera than a line, in samples, hides it only beyond this distance.
+/// A surface hides a line only if it is nearer to the camera by more than this distance, in samples.
 const IN_FRONT: f64 = 6.0;
-/// A line is looked at twice per sample.
+/// The number of visibility tests along a line per sample.
 const LOOKS: f64 = 2.0;
-/// So many looks in a row that find a line hidden, between looks that see it, are errors of rounding.
+/// Up to this many consecutive tests that find a line hidden, between tests that find it visible, are considered rounding errors.
 const SHORT_GAP: usize = 3;
-/// Ends of lines meet if they are nearer than the inverse, in samples.
+/// Ends of lines meet if their distance is less than about the inverse of this number, in samples.
 const MEETING: f64 = 64.0;
 
-/// What a line is.
+/// The kind of a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Kind {
     /// Between faces of one label, in this color.
@@ -34,7 +34,7 @@ enum Kind {
     Line,
 }
 
-/// The visible lines in a picture of `size`, the faint ones first.
+/// The visible lines in a picture of `size`. The faint ones come first.
 pub(crate) fn outlines(
     sight: &Sight,
     label_of_face: &[i32],
@@ -94,7 +94,7 @@ fn edges(sight: &Sight) -> BTreeMap<[u32; 2], Vec<u32>> {
     edges
 }
 
-/// What is drawn along an edge, if anything.
+/// The kind of the line along an edge, if there is one.
 fn kind_of(
     sight: &Sight,
     edge: [u32; 2],
@@ -118,7 +118,7 @@ fn kind_of(
     Some(Kind::Seam(darker))
 }
 
-/// Whether the front of one piece is seen, and the back of the other one.
+/// Whether the front of one piece and the back of the other one are seen.
 fn bends_out_of_sight(sight: &Sight, [from, to]: [u32; 2], pieces: [u32; 2]) -> bool {
     let goes_forward = |piece: u32| {
         let [a, b, c] = sight.pieces[piece as usize].corners;
@@ -126,12 +126,12 @@ fn bends_out_of_sight(sight: &Sight, [from, to]: [u32; 2], pieces: [u32; 2]) -> 
     };
     let shows_front = |piece: u32| sight.signed_area(piece as usize) > 0.0;
     let [a, b] = pieces;
-    // Neighbors that look to the same side go along their edge in opposite directions.
+    // Neighbors with the same orientation use their common edge in opposite directions.
     let look_alike = goes_forward(a) != goes_forward(b);
     (shows_front(a) != shows_front(b)) == look_alike
 }
 
-/// The parts of an edge that no surface hides.
+/// The parts of an edge that are not hidden by a surface.
 fn visible_parts(sight: &Sight, [from, to]: [Point; 2], faces: &[u32]) -> Vec<[Spot; 2]> {
     let length = (to[0] - from[0]).hypot(to[1] - from[1]);
     if !length.is_finite() || !(to[2] - from[2]).is_finite() {
@@ -176,7 +176,8 @@ fn close_short_gaps(seen: &mut [bool]) {
     }
 }
 
-/// Whether a sample around a point of an edge sees nothing, one of the edge's faces near the point, or what is behind the point.
+/// Whether a sample around a point of an edge sees no surface, one of the edge's faces near the point, or a surface behind the
+/// point.
 fn is_visible(sight: &Sight, [x, y, depth]: Point, faces: &[u32]) -> bool {
     let around = |value: f64| (-1..=1).map(move |step| value.floor() as i64 + step);
     let samples = around(y).flat_map(|row| around(x).map(move |column| [row, column]));
@@ -198,7 +199,7 @@ fn is_visible(sight: &Sight, [x, y, depth]: Point, faces: &[u32]) -> bool {
     })
 }
 
-/// Joins parts to lines where exactly two of them meet.
+/// Joins parts to lines at points where exactly two of them meet.
 fn joined(parts: &[[Spot; 2]]) -> Vec<Vec<Spot>> {
     let key = |[x, y]: Spot| [x, y].map(|value| (value * MEETING).round() as i64);
     let mut ending: BTreeMap<[i64; 2], Vec<usize>> = BTreeMap::new();
@@ -233,7 +234,7 @@ fn joined(parts: &[[Spot; 2]]) -> Vec<Vec<Spot>> {
         }
     };
     let mut lines = Vec::new();
-    // Lines that end somewhere are walked from an end, closed ones from anywhere.
+    // Open lines are followed from an end, and closed lines from any point.
     for from_end in [true, false] {
         for part in 0..parts.len() {
             let free_end = parts[part]
@@ -258,7 +259,7 @@ mod tests {
     use crate::camera::Look;
     use partprobe_carrier::Mesh;
 
-    /// A square in front of a larger one that has two faces; all are seen from the front.
+    /// A square in front of a larger one that has two faces. All are seen from the front.
     fn squares() -> Mesh {
         let mut mesh = Mesh::default();
         let mut add = |corners: [[f64; 2]; 4], y: f64, face: u32| {

@@ -1,4 +1,4 @@
-//! Colors that tell labels apart.
+//! Chooses colors that distinguish labels.
 
 use partprobe_carrier::FaceType;
 use std::cmp::Reverse;
@@ -7,7 +7,8 @@ use std::collections::BTreeSet;
 /// Red, green and blue.
 pub type Rgb = [u8; 3];
 
-/// The colors that labels get; all are light enough to be shaded, and far from white, black and the grey of what has no label.
+/// The colors of labels. All are light enough to be shaded, and differ clearly from white, black and the grey of surfaces without
+/// a label.
 ///
 /// Each two differ by at least 15 in CIE L*a*b* (CIE 1976), for full color vision and for deuteranopes as Machado, Oliveira and
 /// Fernandes (2009) simulate them. The first ones are used most.
@@ -33,12 +34,12 @@ const COLORS: [Rgb; 20] = [
     [120, 96, 216],
     [180, 72, 132],
 ];
-/// The color of what has no label.
+/// The color of surfaces without a label.
 pub(crate) const UNLABELED: Rgb = [150; 3];
-/// Neighbors whose colors are further apart than this (squared) are told apart without effort.
+/// Colors with a larger squared distance than this are easy to distinguish.
 const FAR_APART: i32 = 110 * 110;
 
-/// The color of a primitive type; the same in every picture and file. Each two differ as those of labels do.
+/// The color of a primitive type. It is the same in every picture and file. Each two types differ as much as labels do.
 #[must_use]
 pub fn color_of_type(face_type: FaceType) -> [u8; 3] {
     match face_type {
@@ -56,10 +57,10 @@ pub fn color_of_type(face_type: FaceType) -> [u8; 3] {
     }
 }
 
-/// A color for each label, such that labels that touch never share one.
+/// One color per label, such that labels that touch never have the same color.
 ///
-/// `labels` has an entry for each face and `pairs` are faces that touch; the result has an entry for each face too.
-/// A face with a negative label is grey.
+/// `labels` has one entry per face, and `pairs` are faces that touch. The result also has one entry per face. A face with a
+/// negative label is grey.
 #[must_use]
 pub fn colors_of_labels(labels: &[i32], pairs: impl Iterator<Item = [u32; 2]>) -> Vec<[u8; 3]> {
     let n_labels = labels
@@ -80,10 +81,11 @@ pub fn colors_of_labels(labels: &[i32], pairs: impl Iterator<Item = [u32; 2]>) -
     labels.iter().map(color).collect()
 }
 
-/// A color for each label. `neighbors` are the labels that each label touches; `fixed` gives the colors that are decided
-/// already, and may be shorter.
+/// One color per label. `neighbors` are the labels that each label touches. `fixed` gives the colors that are already determined,
+/// and may be shorter.
 ///
-/// Labels with many neighbors choose first, so that a large part between many small ones still finds a color (Welsh and Powell 1967).
+/// Labels with many neighbors are colored first, so that there is still a color for a large part between many small ones (Welsh
+/// and Powell 1967).
 pub(crate) fn chosen_colors(neighbors: &[BTreeSet<usize>], fixed: &[Option<Rgb>]) -> Vec<Rgb> {
     let decided = |label: usize| fixed.get(label).copied().flatten();
     let mut chosen: Vec<Option<Rgb>> = (0..neighbors.len()).map(decided).collect();
@@ -109,8 +111,8 @@ pub(crate) fn chosen_colors(neighbors: &[BTreeSet<usize>], fixed: &[Option<Rgb>]
     chosen.into_iter().map(color).collect()
 }
 
-/// The color that no label has yet and that is furthest from the taken ones, so that up to twenty labels have a color each. If all
-/// are in use: one that is far from the taken ones; among those the least used, then the first. `None` if all are taken.
+/// The unused color that is furthest from the taken ones, so that up to twenty labels have different colors. If all colors are in
+/// use, it is one that is far from the taken ones: the least used one, and then the first. Returns `None` if all are taken.
 fn best_color(taken: &[Rgb], n_uses: &[usize; COLORS.len()]) -> Option<usize> {
     let rank = |color: usize| {
         let margin = margin(COLORS[color], taken).min(FAR_APART);
@@ -121,11 +123,11 @@ fn best_color(taken: &[Rgb], n_uses: &[usize; COLORS.len()]) -> Option<usize> {
         .max_by_key(|&color| rank(color))
 }
 
-/// A color outside of the list, as far as possible from those that are taken.
+/// A color outside of the list, as far as possible from the taken ones.
 fn further_color(taken: &[Rgb]) -> Rgb {
     let levels = || (6..=24).map(|level| level * 10);
     let grid = levels().flat_map(|r| levels().flat_map(move |g| levels().map(move |b| [r, g, b])));
-    // The first of the farthest, so that nothing but the taken colors decides.
+    // The first of the farthest colors, so that the result depends only on the taken colors.
     grid.map(|color| (margin(color, taken), Reverse(color)))
         .max()
         .map_or(UNLABELED, |(_, Reverse(color))| color)
@@ -160,7 +162,7 @@ mod tests {
         matrix.map(|row| row.iter().zip(vector).map(|(a, b)| a * b).sum())
     }
 
-    /// What a deuteranope sees of it (Machado, Oliveira and Fernandes 2009, severity 1).
+    /// The light as a deuteranope sees it (Machado, Oliveira and Fernandes 2009, severity 1).
     fn deuteranopia(light: [f64; 3]) -> [f64; 3] {
         let matrix = [
             [0.367_322, 0.860_646, -0.227_968],
@@ -193,7 +195,7 @@ mod tests {
         squares.sum::<f64>().sqrt()
     }
 
-    /// The difference of two colors, for full color vision or for deuteranopes, whichever is smaller.
+    /// The smaller of the differences of two colors for full color vision and for deuteranopes.
     fn seen_difference(a: Rgb, b: Rgb) -> f64 {
         let full = difference(lab(light(a)), lab(light(b)));
         let dichromat = difference(lab(deuteranopia(light(a))), lab(deuteranopia(light(b))));
@@ -230,11 +232,11 @@ mod tests {
 
     #[test]
     fn labels_that_touch_never_share_a_color() {
-        // A fan: the last label touches all others, each other touches the next.
+        // A fan: the last label touches all others, and each of the others touches the next one.
         let spokes = (0..59).map(|other| [59, other]);
         let rim = (0..58).map(|other| [other, other + 1]);
         check_touching(60, &spokes.chain(rim).collect::<Vec<_>>());
-        // All touch all: there are more labels than colors.
+        // All labels touch each other, and there are more labels than colors.
         let all = (0..30).flat_map(|a| (0..a).map(move |b| [a, b]));
         check_touching(30, &all.collect::<Vec<_>>());
         // Many random neighbors.

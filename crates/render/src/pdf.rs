@@ -12,7 +12,7 @@ use std::io::{self, Write};
 
 /// The name of the typeface on the page.
 const FONT: Name<'static> = Name(b"F1");
-/// What is written for a character that the encoding does not have.
+/// The replacement of a character that the encoding does not have.
 const UNKNOWN: u8 = b'?';
 
 impl Drawing {
@@ -46,7 +46,7 @@ impl Drawing {
 
     fn page_content(&self) -> Vec<u8> {
         let mut content = Content::new();
-        // Rows of a drawing count down, those of a page up.
+        // The vertical coordinate increases downward in a drawing, and upward on a page.
         content.transform([1.0, 0.0, 0.0, -1.0, 0.0, self.height as f32]);
         content.set_line_join(LineJoinStyle::RoundJoin);
         content.set_line_cap(LineCapStyle::RoundCap);
@@ -141,7 +141,7 @@ fn rounded(value: f64) -> f32 {
     ((value * 100.0).round() / 100.0) as f32
 }
 
-/// The byte of a character in WinAnsi, which agrees with Latin-1 but for the bytes from 128 to 159.
+/// The byte of a character in WinAnsi, which agrees with Latin-1 except for the bytes from 128 to 159.
 fn byte_of(character: char) -> u8 {
     match u32::from(character) {
         code @ (32..=126 | 160..=255) => code as u8,

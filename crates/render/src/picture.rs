@@ -9,25 +9,25 @@ use crate::{Background, Drawing, FaceLabel, Image, Legend, MissingLayer, UpAxis,
 use partprobe_carrier::Carrier;
 use std::collections::BTreeSet;
 
-/// Side of the small pictures by which corners are compared.
+/// The side of the small pictures by which corners are compared.
 const TRIAL_SIDE: usize = 160;
-/// Pictures with longer sides are smoothed less, so that memory stays in bounds.
+/// Pictures with longer sides are smoothed less, to limit the memory.
 const FINE_SIZE: usize = 1024;
 
-/// How a carrier is drawn.
+/// The settings for drawing a carrier.
 #[derive(Clone, Debug)]
 pub struct PictureStyle {
-    /// What gives a face its color.
+    /// The label that determines the color of a face.
     pub label: FaceLabel,
     /// Side of the picture, in pixels.
     pub size: usize,
-    /// Where the camera stands.
+    /// The position of the camera.
     pub viewpoint: Viewpoint,
     /// The axis that points up.
     pub up: UpAxis,
-    /// What is behind the shape.
+    /// The background of the shape.
     pub background: Background,
-    /// Whether a legend at the right side says what the colors mean.
+    /// Whether there is a legend of the colors at the right side.
     pub legend: bool,
 }
 
@@ -71,7 +71,7 @@ impl PictureStyle {
         Ok(image.with_legend(&legend, self.text_scale()))
     }
 
-    /// Faces, types and parts side by side, each with its count; parts are those of the style's label, or the labels of its layer.
+    /// Faces, types and parts in a row, each with its count. Parts are those of the style's label, or the labels of its layer.
     ///
     /// # Errors
     /// If the carrier does not have the label layer of the style.
@@ -86,7 +86,7 @@ impl PictureStyle {
         Ok(Image::sheet(&stages, stages.len()))
     }
 
-    /// The same picture as [`picture`](Self::picture), of areas and lines. Lines that are hidden are left out.
+    /// The same picture as [`picture`](Self::picture), made of areas and lines. Hidden lines are left out.
     ///
     /// # Errors
     /// If the carrier does not have the label layer of the style.
@@ -158,12 +158,12 @@ impl PictureStyle {
         )
     }
 
-    /// Samples along each side of a pixel; edges are smoothed by averaging them.
+    /// Samples along each side of a pixel. Edges are smoothed by averaging the samples.
     fn fineness(&self) -> usize {
         if self.size > FINE_SIZE { 2 } else { 3 }
     }
 
-    /// From where the carrier is seen.
+    /// The direction from which the carrier is seen.
     fn look(&self, carrier: &Carrier) -> Look {
         let corners = self.up.corners();
         match self.viewpoint {
@@ -175,7 +175,7 @@ impl PictureStyle {
             Viewpoint::From(direction) => return self.up.from(direction),
             Viewpoint::Best => {}
         }
-        // A picture by type or face is taken from where the parts are seen, so that pictures can be compared.
+        // Pictures by type or face use the viewpoint of the picture by parts, so that they can be compared.
         let parts = carrier.part_of_face();
         let n_visible =
             |corner: usize| View::of(carrier.mesh(), corners[corner], TRIAL_SIDE).n_visible(parts);
@@ -185,7 +185,7 @@ impl PictureStyle {
     }
 }
 
-/// How many labels a stage has, in words.
+/// The number of labels of a stage, in words.
 fn stage_caption(label: &FaceLabel, carrier: &Carrier) -> Result<String, MissingLayer> {
     let labels = label.of_faces(carrier)?;
     let distinct: BTreeSet<i32> = labels.into_iter().filter(|&label| label >= 0).collect();

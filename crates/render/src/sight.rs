@@ -1,7 +1,7 @@
-//! Finds what a camera sees of a mesh or a cloud, piece by piece, and in which order the pieces are painted.
+//! Finds the pieces of a mesh or a cloud that a camera sees, and the order in which they are painted.
 //!
-//! A piece is a triangle; a point of a cloud is a square of two pieces. The picture is divided into samples: what is smaller than a
-//! sample may be hidden or seen.
+//! A piece is a triangle. A point of a cloud is a square of two pieces. The picture is divided into samples. Details that are
+//! smaller than a sample may be visible or not.
 
 use crate::Rgb;
 use crate::camera::{Camera, Look};
@@ -11,9 +11,9 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// Samples along each side of a picture.
 pub(crate) const SIDE: usize = 1536;
-/// What a sample sees where there is no surface.
+/// The value of a sample that sees no surface.
 pub(crate) const NOTHING: u32 = u32::MAX;
-/// Surfaces that are nearer to each other, in samples, touch: either may be painted first.
+/// Surfaces with a smaller distance than this, in samples, touch. Either may be painted first.
 const TOUCHING: f32 = 0.02;
 
 /// A part of the surface, projected onto the picture.
@@ -29,7 +29,7 @@ pub(crate) struct Piece {
 /// All pieces, and the nearest one at each sample.
 #[derive(Debug)]
 pub(crate) struct Sight {
-    /// Column, row and nearness of each corner, in samples. Corners of neighbors are the same.
+    /// Column, row and nearness of each corner, in samples. Neighbors share their corners.
     pub(crate) positions: Vec<Point>,
     pub(crate) pieces: Vec<Piece>,
     /// The piece that each sample sees.
@@ -76,15 +76,15 @@ impl Sight {
             .map(|corner| self.positions[corner as usize])
     }
 
-    /// Twice the area of a piece in the picture; negative if its back is seen.
+    /// Twice the area of a piece in the picture. It is negative if the back of the piece is seen.
     pub(crate) fn signed_area(&self, piece: usize) -> f64 {
         let [a, b, c] = self.corners(piece);
-        // Rows count down, so that the front is seen where corners go against the clock in space.
+        // Rows count downward. So the front is seen if the corners are counterclockwise in space.
         (b[1] - a[1]) * (c[0] - a[0]) - (b[0] - a[0]) * (c[1] - a[1])
     }
 
-    /// The pieces that a sample sees, in an order in which the nearer one of two is painted later. Pieces of one color follow each
-    /// other where the order allows it.
+    /// The pieces that a sample sees, in an order in which the nearer one of two is painted later. If possible, pieces of the
+    /// same color are consecutive.
     pub(crate) fn painting_order(&self, color_of_piece: impl Fn(usize) -> Rgb) -> Vec<u32> {
         let seen = self.seen();
         let pairs = self.hidden_behind(&seen);
@@ -102,7 +102,7 @@ impl Sight {
         let mut is_painted = vec![false; self.pieces.len()];
         let mut painted = Vec::with_capacity(seen.len());
         while painted.len() < seen.len() {
-            // Pieces that hide each other in a circle are painted from the back.
+            // Pieces that hide each other in a cycle are painted from the back.
             let next = order
                 .take()
                 .or_else(|| farthest.find(|&piece| !is_painted[piece as usize]));
@@ -122,8 +122,8 @@ impl Sight {
         painted
     }
 
-    /// The pieces that a sample sees, sorted. A sample whose face no sample around it sees looks through a gap between two pieces, which
-    /// rounding has opened.
+    /// The pieces that a sample sees, sorted. If no sample around a sample sees the same face, the sample looks through a gap
+    /// between two pieces that is caused by rounding.
     fn seen(&self) -> Vec<u32> {
         let face = |sample: usize| match self.piece[sample] {
             NOTHING => None,
@@ -148,7 +148,8 @@ impl Sight {
             .collect()
     }
 
-    /// Pairs of pieces of which the first one is directly behind the second one at a sample; sorted, each pair once.
+    /// Pairs of pieces, of which the first one is directly behind the second one at a sample. They are sorted, and each pair is
+    /// listed once.
     fn hidden_behind(&self, seen: &[u32]) -> Vec<[u32; 2]> {
         let mut crossings: Vec<(u32, f32, u32)> = Vec::new();
         for &piece in seen {
@@ -180,7 +181,7 @@ impl Sight {
     }
 }
 
-/// The pieces that nothing else must be painted before, by their colors.
+/// The pieces that can be painted next, because all pieces behind them are painted. They are grouped by color.
 #[derive(Default)]
 struct ReadyPieces {
     by_color: BTreeMap<Rgb, BTreeSet<u32>>,
@@ -192,7 +193,7 @@ impl ReadyPieces {
         self.by_color.entry(color).or_default().insert(piece);
     }
 
-    /// One of the color that was taken last, or else of the color with the most pieces.
+    /// Takes a piece of the color that was taken last, or otherwise of the color with the most pieces.
     fn take(&mut self) -> Option<u32> {
         if !self.by_color.contains_key(&self.current) {
             let most = self.by_color.iter().max_by_key(|(_, pieces)| pieces.len());
@@ -243,7 +244,7 @@ fn squares(cloud: &Mesh, camera: &Camera) -> (Vec<Point>, Vec<Piece>) {
 mod tests {
     use super::*;
 
-    /// Three squares one behind the other, the nearest first, each of two triangles and shifted.
+    /// Three shifted squares, one behind the other, the nearest first. Each has two triangles.
     fn stack() -> Mesh {
         let mut mesh = Mesh::default();
         for square in 0..3_u32 {

@@ -4,7 +4,7 @@ use crate::drawing::{Anchor, Item, Spot};
 use crate::{Drawing, Rgb};
 use std::fmt::Write as _;
 
-/// Areas get a border of their own color, this wide, so that no light shines through between two of them.
+/// Areas have a border in their own color with this width, so that no gap is visible between two of them.
 pub(crate) const BLEED: f64 = 0.4;
 
 impl Drawing {
@@ -105,7 +105,7 @@ fn hexadecimal([r, g, b]: Rgb) -> String {
     format!("#{r:02x}{g:02x}{b:02x}")
 }
 
-/// A text in which no character is markup; control characters are left out, as XML has no place for them.
+/// A text in which no character is markup; control characters are left out, because XML does not allow them.
 fn escaped(text: &str) -> String {
     let mut escaped = String::new();
     for character in text.chars().filter(|character| !character.is_control()) {

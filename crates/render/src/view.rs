@@ -1,4 +1,4 @@
-//! Fills the z-buffer: which face each sample of a picture sees.
+//! Fills the z-buffer: the face that each sample of a picture sees.
 
 use crate::Background;
 use crate::camera::{Camera, Look, facet_normal};
@@ -6,17 +6,17 @@ use crate::image::Image;
 use partprobe_carrier::{Mesh, Point, dot, smooth_normals};
 use std::collections::BTreeMap;
 
-/// What a sample sees where there is no surface.
+/// The value of a sample that sees no surface.
 const NOTHING: u32 = u32::MAX;
-/// A step between neighboring samples that is steeper than this is an edge of the surface against itself.
+/// A depth step between neighboring samples that is larger than this is an edge of the surface in front of itself.
 const CLIFF: f32 = 25.0;
 /// Half the side of the square of a point, if the picture had one point.
 const POINT_SIZE: f64 = 0.6;
-/// A label must be seen by this many samples to count as visible.
+/// A label counts as visible if this many samples see it.
 const VISIBLE_SAMPLES: usize = 4;
 /// Brightness of lines between labels, and against the background.
 const LINE: f64 = 0.13;
-/// Lines between faces of one label are the color itself, this much darker.
+/// Lines between faces of one label have the color of the label times this factor.
 const SEAM: f64 = 0.8;
 
 /// A picture before it has colors.
@@ -29,7 +29,7 @@ pub(crate) struct View {
 }
 
 impl View {
-    /// What is seen of the mesh, in a square of `side` samples.
+    /// The visible surface of the mesh, in a square of `side` samples.
     pub(crate) fn of(mesh: &Mesh, look: Look, side: usize) -> Self {
         let camera = Camera::fitted(&mesh.vertices, look, side);
         let n_samples = side * side;
@@ -63,7 +63,7 @@ impl View {
         }
     }
 
-    /// Fills one projected triangle where nothing nearer has been drawn.
+    /// Fills the samples of one projected triangle that do not already have a nearer surface.
     fn fill(&mut self, corners: [Point; 3], shades: [f64; 3], face: u32) {
         let side = self.side;
         for_each_sample(corners, side, |row, column, weights| {
@@ -77,7 +77,7 @@ impl View {
         });
     }
 
-    /// How many labels are seen.
+    /// The number of visible labels.
     pub(crate) fn n_visible(&self, label_of_face: &[i32]) -> usize {
         let mut n_samples: BTreeMap<i32, usize> = BTreeMap::new();
         for &face in self.face.iter().filter(|&&face| face != NOTHING) {
@@ -89,9 +89,9 @@ impl View {
             .count()
     }
 
-    /// The picture in colors, `supersample` samples to each side of a pixel, with lines where labels meet.
+    /// The picture in colors, with `supersample` samples per side of a pixel, and with lines between labels.
     ///
-    /// Where there is no surface, the background is seen.
+    /// The background is visible at samples without a surface.
     pub(crate) fn painted(
         &self,
         label_of_face: &[i32],
@@ -123,7 +123,7 @@ impl View {
         image
     }
 
-    /// The color of a sample, 0 to 255; `None` where the background is seen. Lines are `reach` samples wide.
+    /// The color of a sample, 0 to 255, or `None` for the background. Lines are `reach` samples wide.
     fn color_at(
         &self,
         [row, column]: [usize; 2],
@@ -193,7 +193,7 @@ pub(crate) fn corner_shades(
     let facet = facet_normal(mesh.corners(triangle));
     mesh.triangles[triangle].map(|vertex| {
         let normal = normals[vertex as usize].map(f64::from);
-        // Where a mean normal looks the other way, the facet's own is right.
+        // If a mean normal points to the other side, the facet's own normal is used.
         camera.brightness(if dot(normal, facet) > 0.0 {
             normal
         } else {
@@ -202,8 +202,8 @@ pub(crate) fn corner_shades(
     })
 }
 
-/// The projected corners of the square that shows a point of a cloud, and its brightness. Squares are so large that a closed
-/// surface of this many points has few holes.
+/// The projected corners of the square that shows a point of a cloud, and its brightness. The size of the squares is such that a
+/// closed surface of this many points has few holes.
 pub(crate) fn point_square(
     cloud: &Mesh,
     camera: &Camera,
@@ -255,7 +255,7 @@ pub(crate) fn for_each_sample(
     }
 }
 
-/// What lies between two samples.
+/// The kind of the line between two samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Border {
     None,

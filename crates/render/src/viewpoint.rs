@@ -1,18 +1,18 @@
-//! Says from where a shape is seen: by a name, by two angles, or by a direction.
+//! Defines the viewpoint of a shape: by a name, by two angles, or by a direction.
 
 use crate::camera::{CORNERS, Look, unit};
 use partprobe_carrier::{Point, cross, dot, norm, subtract};
 use std::fmt;
 use std::str::FromStr;
 
-/// Where the camera stands. It looks at the center of the shape, from so far away that lines that are parallel in space stay parallel.
+/// The position of the camera. It looks at the center of the shape from an infinite distance, so parallel lines stay parallel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Viewpoint {
     /// The corner, of eight, from which most labels are seen.
     Best,
     /// Always the upper front right.
     Corner,
-    /// At two angles in degrees, both 0 at the front.
+    /// At two angles in degrees. Both are 0 at the front.
     Angles {
         /// To the right around the axis that points up: 90 is the right side, 180 the back.
         azimuth_deg: f64,
@@ -23,7 +23,7 @@ pub enum Viewpoint {
     From(Point),
 }
 
-/// Names, each with its azimuth and elevation. The elevation of `iso` is that from which the axes look equally long.
+/// Names, each with its azimuth and elevation. The elevation of `iso` is the one at which the axes appear equally long.
 const NAMED: [(&str, [f64; 2]); 7] = [
     ("front", [0.0, 0.0]),
     ("right", [90.0, 0.0]),
@@ -33,10 +33,10 @@ const NAMED: [(&str, [f64; 2]); 7] = [
     ("bottom", [0.0, -90.0]),
     ("iso", [45.0, 35.264_389_682_754_654]),
 ];
-/// Two unit vectors count as parallel if their cross product is shorter.
+/// Two unit vectors count as parallel if their cross product is shorter than this.
 const PARALLEL: f64 = 1e-6;
 
-/// Why a text is not a viewpoint.
+/// The reason why a text is not a viewpoint.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
     "`{0}` is not a viewpoint; choose best, corner, front, back, left, right, top, bottom or iso, two angles such as 30,20 \
@@ -44,7 +44,7 @@ const PARALLEL: f64 = 1e-6;
 )]
 pub struct NotAViewpoint(String);
 
-/// Why a text is not an axis.
+/// The reason why a text is not an axis.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("`{0}` is not an axis; choose x, y, z, -x, -y, -z, or a direction such as 0,1,0.2")]
 pub struct NotAnAxis(String);
@@ -85,7 +85,7 @@ impl fmt::Display for Viewpoint {
     }
 }
 
-/// The finite numbers of a text, with commas between them; nothing if a word is not one.
+/// The finite numbers of a text, which are separated by commas. It is empty if a word is not a finite number.
 fn numbers_of(text: &str) -> Vec<f64> {
     let numbers = text.split(',').map(|word| word.trim().parse::<f64>());
     let numbers: Result<Vec<f64>, _> = numbers.collect();
@@ -159,14 +159,14 @@ impl UpAxis {
         [right, cross(right, up)]
     }
 
-    /// The sum of these parts of right, front and up.
+    /// The sum of these multiples of right, front and up.
     fn combined(self, [right, front, up]: [f64; 3]) -> Point {
         let [along_right, along_front] = self.right_and_front();
         [0, 1, 2]
             .map(|axis| right * along_right[axis] + front * along_front[axis] + up * self.0[axis])
     }
 
-    /// The views from the eight corners, the upper front right first.
+    /// The views from the eight corners. The upper front right one comes first.
     pub(crate) fn corners(self) -> [Look; CORNERS.len()] {
         CORNERS.map(|[right, back, up]| Look {
             toward: self.combined([right, -back, up]),
@@ -183,7 +183,7 @@ impl UpAxis {
         }
     }
 
-    /// The view from a direction. From straight above, the front is at the bottom of the picture.
+    /// The view from a direction. In the view from directly above, the front is at the bottom of the picture.
     pub(crate) fn from(self, direction: Point) -> Look {
         let toward = unit(direction);
         let height = dot(toward, self.0);

@@ -37,15 +37,16 @@ pub(crate) fn answer(tables: &Tables, trained: &[String]) -> Answer {
     }
 }
 
-/// What one endpoint says of the pair.
+/// The result of one endpoint for the pair.
 struct Outcome<'a> {
     row: &'a DifferenceRow,
-    /// Whether the first source is ahead by more than chance, or the second. `None`: the difference may be chance, or there is no interval.
+    /// The index of the source that is ahead by more than chance. It is `None` if the difference may be chance, or if there is no
+    /// interval.
     winner: Option<usize>,
     has_interval: bool,
 }
 
-/// The outcomes of the primary endpoints; that of the main table if none is primary.
+/// The outcomes of the primary endpoints, or that of the main table if no endpoint is primary.
 fn outcomes<'a>(
     tables: &'a Tables,
     main: &'a DifferenceRow,

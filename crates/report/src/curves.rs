@@ -1,4 +1,4 @@
-//! Draws everything that the log of a run holds as smoothed curves.
+//! Draws all numbers of the log of a run as smoothed curves.
 
 use crate::chart::{Line, LineChart, figure};
 use crate::html::{escaped, section};
@@ -6,10 +6,10 @@ use crate::log_series::{LogSeries, Series};
 use crate::names::Names;
 use partprobe_eval::{METRICS, Metric};
 
-/// A curve has at most so many points; each is the mean over the updates next to it.
+/// The largest number of points of a curve. Each point is the mean over the updates next to it.
 const MAX_POINTS: usize = 160;
 
-/// What is known of a field: its title, and the label of its axis with the unit. Other fields have their own names.
+/// The known fields, each with its title and the label of its axis with the unit. Other fields are shown by their names.
 const KNOWN: [(&str, &str, &str); 14] = [
     ("loss", "Loss", "loss"),
     ("pull", "Loss term: pull", "pull"),
@@ -47,7 +47,7 @@ const KNOWN: [(&str, &str, &str); 14] = [
     ("loading_seconds", "Time of loading", "seconds"),
 ];
 
-/// The section with all curves; empty if nothing was logged.
+/// The section with all curves. It is empty if nothing was logged.
 pub(crate) fn curves(log: &str, names: &Names<'_>) -> String {
     let series = LogSeries::read(log);
     let groups = [("valid", "At each validation"), ("step", "At each update")];
@@ -73,7 +73,7 @@ pub(crate) fn curves(log: &str, names: &Names<'_>) -> String {
     )
 }
 
-/// The charts of some events under a heading, and the numbers that never change.
+/// The charts of some events under a heading, and a list of the numbers that never change.
 fn group(
     series: &LogSeries,
     heading: &str,
@@ -112,7 +112,7 @@ fn group(
     format!("<h3>{heading}</h3>\n<div class=\"charts\">{charts}</div>\n{always}")
 }
 
-/// Scores come in the order of the tables, then what is known in the order of the list, then the rest.
+/// Scores come first, in the order of the tables. Then come known fields in the order of the list, and then the other ones.
 fn order(field: &str) -> (usize, usize) {
     let score = METRICS.iter().position(|metric| metric.name == field);
     let known = KNOWN.iter().position(|(name, _, _)| *name == field);
@@ -123,7 +123,7 @@ fn order(field: &str) -> (usize, usize) {
     }
 }
 
-/// The value that all series have everywhere, if there is only one.
+/// The value of all series, if they are all constant with the same value.
 fn only_value<'a>(all: impl Iterator<Item = &'a Series>) -> Option<f64> {
     let mut values = all.flatten().map(|point| point.1);
     let first = values.next()?;
@@ -176,7 +176,7 @@ fn line(name: String, color: usize, series: &Series) -> Line {
         let mut values: Vec<f64> = bin.iter().map(|point| point.1).collect();
         values.sort_by(f64::total_cmp);
         means.push((at, values.iter().sum::<f64>() / n));
-        // Single outliers would flatten everything else.
+        // Single outliers would flatten all other values.
         let edge = values.len() / 20;
         line.band
             .push((at, [values[edge], values[values.len() - 1 - edge]]));
@@ -189,7 +189,7 @@ fn line(name: String, color: usize, series: &Series) -> Line {
 fn smoothed(points: &[(f64, f64)]) -> Series {
     let n = points.len();
     let mean = |idx: usize| {
-        // A window that is cut at one end is cut at the other, so that the ends do not shift.
+        // A window that is cut at one end is also cut at the other end, so that the ends do not shift.
         let reach = 2.min(idx).min(n - 1 - idx);
         let window = &points[idx - reach..=idx + reach];
         window.iter().map(|point| point.1).sum::<f64>() / window.len() as f64

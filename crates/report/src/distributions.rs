@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 /// The number of bars for scores from 0 to 1.
 const N_SCORE_BARS: usize = 20;
 
-/// The section with all histograms; empty without scores and shapes.
+/// The section with all histograms. It is empty without scores and shapes.
 pub(crate) fn distributions(
     tables: &Tables,
     rows: &[ScoreRow],
@@ -84,7 +84,7 @@ fn score_chart(name: &str, color: Option<usize>, scores: &[ShapeScore<'_>]) -> S
     chart(&format!("mIoU per shape: {}", escaped(name)), bars)
 }
 
-/// One bar per number of parts; numbers above 40 share the last one.
+/// One bar per number of parts. Numbers above 40 share the last bar.
 fn k_bars(k: &[usize]) -> Bars {
     const MOST: usize = 40;
     let mut counts: BTreeMap<usize, f64> = BTreeMap::new();

@@ -1,4 +1,4 @@
-//! Draws how the score falls with the dose of each kind of damage, and places other label sources on these curves.
+//! Draws the score as a function of the dose of each kind of damage, and places other label sources on these curves.
 
 use crate::chart::{Line, LineChart, figure};
 use crate::html::{escaped, section};
@@ -8,12 +8,12 @@ use partprobe_eval::{MIOU, ScoreRow, Tables, labels_row};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-/// The source that damage starts from.
+/// The source that is damaged.
 const UNDAMAGED: &str = "step-parts";
 
 /// A kind of damage.
 struct Kind {
-    /// What a source is called, up to its dose.
+    /// The name of a source, without its dose at the end.
     prefix: &'static str,
     title: &'static str,
     x_label: &'static str,
@@ -62,10 +62,10 @@ struct DoseScore {
     interval: Option<[f64; 2]>,
 }
 
-/// A dose, and its score.
+/// A dose and its score.
 type Dose = (f64, DoseScore);
 
-/// The section with one chart per kind of damage; empty unless a kind has two doses.
+/// The section with one chart per kind of damage. It is empty unless a kind has two doses.
 pub(crate) fn dose_response(tables: &Tables, rows: &[ScoreRow], names: &Names<'_>) -> String {
     let Some(main) = MainTable::of(tables) else {
         return String::new();
@@ -133,7 +133,7 @@ pub(crate) fn dose_response(tables: &Tables, rows: &[ScoreRow], names: &Names<'_
     )
 }
 
-/// The index of the kind in [`KINDS`], and the dose; none for other names.
+/// The index of the kind in [`KINDS`], and the dose. Returns `None` for other names.
 fn kind_of(name: &str) -> Option<(usize, f64)> {
     KINDS.iter().enumerate().find_map(|(idx, kind)| {
         let dose: u32 = name.strip_prefix(kind.prefix)?.parse().ok()?;
@@ -191,7 +191,7 @@ fn chart(
     }
 }
 
-/// A sentence for each source that lies on a curve.
+/// One sentence per source that lies on a curve.
 fn placed(tables: &Tables) -> String {
     let mut items = String::new();
     for placement in tables.dose_placements() {

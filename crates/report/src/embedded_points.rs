@@ -1,9 +1,10 @@
-//! Packs the points of all shapes into the page: quantized, compressed, as base64, and thinned out until the page fits.
+//! Packs the points of all shapes into the page. They are quantized, compressed, written as base64, and thinned out until the
+//! page fits.
 //!
-//! The page has a JSON list of what is known of each shape, and for each shape a block of bytes: deflated planes of one byte per
-//! point. These are, in this order: the high and the low bytes of x, of y and of z; the two coordinates of the normals; if the
-//! shape has faces, the high and the low bytes of their indices; for each reference and then for each prediction, the high and the
-//! low bytes of the part of each point.
+//! The page has a JSON list with one entry per shape, and one block of bytes per shape: deflated planes of one byte per point.
+//! These are, in this order: the high and the low bytes of x, of y and of z; the two coordinates of the normals; if the shape has
+//! faces, the high and the low bytes of their indices; for each reference and then for each prediction, the high and the low
+//! bytes of the part of each point.
 
 use crate::html::json_for_script;
 use crate::lost_parts::main_predictions;
@@ -19,16 +20,16 @@ use std::io::Write as _;
 /// The largest page, in bytes: 25 MB.
 pub const MAX_BYTES: usize = 25_000_000;
 
-/// How much of each shape the page has.
+/// The level of detail of each shape in the page.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Detail {
-    /// One of so many of the kept points.
+    /// One of this number of kept points is packed.
     every: usize,
-    /// Only the predictions by the first reference, clusterer and seed.
+    /// Whether only the predictions by the first reference, clusterer and seed are packed.
     only_main: bool,
 }
 
-/// From everything to hardly anything.
+/// The levels, from all data to very little.
 const DETAILS: [Detail; 6] = [
     Detail {
         every: 1,
@@ -56,7 +57,8 @@ const DETAILS: [Detail; 6] = [
     },
 ];
 
-/// The data elements of all shapes, in at most `budget` bytes, with as much detail as fits; empty if even the least does not.
+/// The data elements of all shapes, in at most `budget` bytes, with as much detail as fits. It is empty if even the lowest level
+/// of detail does not fit.
 pub(crate) fn embedded_points(shapes: &[ShapeDigest], budget: usize) -> String {
     for detail in DETAILS {
         if let Some(html) = with_detail(shapes, detail, budget) {
@@ -175,7 +177,7 @@ fn planes(shape: &ShapeDigest, detail: Detail) -> Vec<u8> {
 /// The bytes in the raw format of deflate.
 fn deflated(bytes: &[u8]) -> Vec<u8> {
     let mut encoder = DeflateEncoder::new(Vec::new(), Compression::default());
-    // Memory takes every byte; without one the page would show no points, as it does for a damaged block.
+    // Writing to memory does not fail. If it did, the page would show no points, as for a damaged block.
     match encoder.write_all(bytes) {
         Ok(()) => encoder.finish().unwrap_or_default(),
         Err(_) => Vec::new(),

@@ -1,4 +1,4 @@
-//! Shows what a run was: versions, data, machine and times, and its settings.
+//! Shows the facts of a run: versions, data, machine and times, and its settings.
 
 use crate::html::{escaped, section};
 use std::fmt::Write as _;
@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 /// A name with its value, for example `commit` and its hash.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Fact {
-    /// What it is.
+    /// Its name.
     pub name: String,
     /// Its value as text.
     pub value: String,
@@ -23,7 +23,7 @@ impl Fact {
     }
 }
 
-/// The section with the facts, the notes and the config; empty without any of them.
+/// The section with the facts and the config. It is empty without them.
 pub(crate) fn facts(facts: &[Fact], config: &str) -> String {
     let mut body = String::new();
     if !facts.is_empty() {

@@ -1,5 +1,5 @@
-//! Writes the pictures of test shapes, the worst first: the reference and the main predictions. The page paints them from the
-//! points that it has.
+//! Writes the pictures of test shapes, beginning with the worst: the reference and the main predictions. The page paints them
+//! from the points that it has.
 
 use crate::html::{escaped, id_html, section};
 use crate::lost_parts::main_predictions;
@@ -7,10 +7,10 @@ use crate::names::Names;
 use crate::shape_digest::{PredictionDigest, ShapeDigest};
 use std::fmt::Write as _;
 
-/// Rows without a training that have pictures too.
+/// Rows without a training that also have pictures.
 const PICTURED: [&str; 2] = ["no-network", "untrained"];
 
-/// The section with one card per shape; empty without shapes.
+/// The section with one card per shape. It is empty without shapes.
 pub(crate) fn gallery(shapes: &[ShapeDigest], names: &Names<'_>) -> String {
     let mut order: Vec<usize> = (0..shapes.len())
         .filter(|&idx| !shapes[idx].references.is_empty())
@@ -68,7 +68,7 @@ fn card(idx: usize, shape: &ShapeDigest, names: &Names<'_>) -> String {
         main_predictions(shape).filter(is_pictured).collect();
     pictured.sort_by_key(|found| names.color(&found.supervision));
     for found in pictured {
-        // The index is that in the digest, which the data of the page has too.
+        // The index is the one in the digest. The data of the page uses the same index.
         let index = shape
             .predictions
             .iter()

@@ -1,6 +1,6 @@
-//! Escapes text for HTML, and writes numbers for people.
+//! Escapes text for HTML, and writes numbers for readers.
 
-/// The text such that it cannot end an element or an attribute.
+/// The text in a form that cannot end an element or an attribute.
 pub(crate) fn escaped(text: &str) -> String {
     text.replace('&', "&amp;")
         .replace('<', "&lt;")
@@ -9,7 +9,7 @@ pub(crate) fn escaped(text: &str) -> String {
         .replace('\'', "&#39;")
 }
 
-/// The id of a shape, whose last piece stays readable if there is little space.
+/// The id of a shape, in a form whose last part stays readable if there is little space.
 pub(crate) fn id_html(id: &str) -> String {
     let cut = id.rfind("__").map_or(0, |at| at + 2);
     let (head, tail) = id.split_at(cut);
@@ -19,7 +19,7 @@ pub(crate) fn id_html(id: &str) -> String {
     )
 }
 
-/// JSON that may stand inside a `script` element: no text in it can end the element.
+/// JSON for the inside of a `script` element: no text in it can end the element.
 pub(crate) fn json_for_script(value: &serde_json::Value) -> String {
     value.to_string().replace('<', "\\u003c")
 }
@@ -29,7 +29,7 @@ pub(crate) fn score_text(value: Option<f64>) -> String {
     value.map_or_else(|| "–".to_owned(), |value| format!("{value:.3}"))
 }
 
-/// A section of the page; an empty body gives no section.
+/// A section of the page. An empty body gives no section.
 pub(crate) fn section(id: &str, heading: &str, lead: &str, body: &str) -> String {
     if body.is_empty() {
         return String::new();

@@ -1,19 +1,19 @@
 //! Chooses points that are evenly spread over a surface, so that small discs around them cover it.
 //!
-//! This is dart throwing: points are taken in turn unless one is near that was taken before (Cook 1986, "Stochastic sampling in
-//! computer graphics"). The distance is searched for that keeps as many points as are wanted.
+//! This is dart throwing: each point is taken unless it is near a point that was taken before (Cook 1986, "Stochastic sampling in
+//! computer graphics"). A search finds the distance that keeps the wanted number of points.
 
-/// Discs of this many distances leave no hole, although the points between which they were chosen have gaps themselves.
+/// Discs with a radius of this many distances leave no holes, although the original points have gaps.
 const COVER: f64 = 1.4;
 
-/// Steps of the search for the distance.
+/// The number of steps of the search for the distance.
 const N_STEPS: usize = 5;
 
 /// The largest number of cells along an axis of the grid in which near points are looked up.
 const MAX_CELLS: usize = 96;
 
-/// Indices of at most `n` points, ascending, and a radius at which discs around them cover the surface; `None` if all
-/// points are kept.
+/// Indices of at most `n` points, ascending, and a radius at which discs around them cover the surface. The radius is `None` if
+/// all points are kept.
 ///
 /// Positions are in units of the largest extent. Points whose normals differ by more than 60° do not exclude each other, so
 /// that both sides of a thin plate are kept.
@@ -34,14 +34,15 @@ pub(crate) fn spread_indices(
         if n_found <= n && n_found > kept.len() {
             (kept, radius) = (found, distance);
         }
-        // Twice the distance keeps a quarter of the points; a little more of it ends below the number.
+        // Twice the distance keeps a quarter of the points. The distance is slightly increased, so that the result is below the
+        // number.
         let factor = (n_found as f32 / n as f32).sqrt() * if n_found > n { 1.01 } else { 0.998 };
         distance *= factor.clamp(0.5, 2.0);
         if n_found <= n && 49 * n < 50 * n_found {
             break;
         }
     }
-    // The search ends a little below the number; evenly chosen others fill the list.
+    // The search ends slightly below the number. Evenly chosen other points fill the list.
     let mut is_kept = vec![false; positions.len()];
     for &idx in &kept {
         is_kept[idx] = true;
@@ -53,7 +54,7 @@ pub(crate) fn spread_indices(
     (kept, Some(COVER * f64::from(radius)))
 }
 
-/// The points that have no point before them within the distance.
+/// The points that have no earlier kept point within the distance.
 fn thrown(positions: &[[f32; 3]], normals: &[[f32; 3]], distance: f32) -> Vec<usize> {
     let mut grid = Grid::new(distance, positions.len());
     let mut kept = Vec::new();
@@ -71,7 +72,7 @@ fn thrown(positions: &[[f32; 3]], normals: &[[f32; 3]], distance: f32) -> Vec<us
     kept
 }
 
-/// A grid over the unit cube whose cells are at least as large as a distance; each holds a list of points.
+/// A grid over the unit cube whose cells are at least as large as a distance. Each cell has a list of points.
 struct Grid {
     n_cells: usize,
     /// The last point of each cell, and the point before each point; `u32::MAX` ends a list.
@@ -172,7 +173,7 @@ mod tests {
             spread_indices(&[[0.0; 3]; 3], &[[0.0, 0.0, 1.0]; 3], 3),
             (vec![0, 1, 2], None)
         );
-        // Points in one location exclude each other, and the list is filled all the same.
+        // Points at the same position exclude each other, but the list is still filled.
         let (kept, _) = spread_indices(&[[0.5; 3]; 9], &[[0.0, 0.0, 1.0]; 9], 4);
         assert_eq!(kept.len(), 4);
     }

@@ -1,4 +1,4 @@
-//! Writes the report of a run: scores, a log and the points of test shapes go in, the text of one HTML page comes out.
+//! Writes the report of a run: scores, a log and the points of test shapes go in, and the text of one HTML page comes out.
 //!
 //! ```
 //! use partprobe_report::{ReportShape, RunReport, ShapeDigest};
@@ -20,12 +20,12 @@
 //!
 //! - The page is one file, and loads nothing from elsewhere.
 //! - It has at most [`MAX_BYTES`] bytes: points of shapes are thinned out until it fits.
-//! - Every text that comes from outside is escaped.
+//! - Every text that comes from the caller is escaped.
 //! - The same report gives the same page.
 //!
 //! # What it does not do
 //!
-//! It opens no file, prints nothing, and computes no score of a table: those come from `partprobe-eval`.
+//! It opens no file, prints nothing, and does not compute the scores of the tables. They come from `partprobe-eval`.
 
 mod answer;
 mod chart;

@@ -1,9 +1,9 @@
-//! Reads the log of a run: the values of every number that it holds, by event, field, supervision and seed.
+//! Reads the log of a run: the values of every number, by event, field, supervision and seed.
 
 use serde_json::Value;
 use std::collections::BTreeMap;
 
-/// The keys that say what a line is about.
+/// The keys that describe the subject of a line.
 const KEYS: [&str; 4] = ["event", "supervision", "seed", "step"];
 
 /// The trainings in the order of the log: supervision and seed.
@@ -12,10 +12,10 @@ pub(crate) type Training = (String, u64);
 /// Values by number of the update.
 pub(crate) type Series = Vec<(f64, f64)>;
 
-/// Every number of the log that was recorded more than once for some training.
+/// Every number of the log that was recorded more than once for at least one training.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct LogSeries {
-    /// By event and field, in the order in which the log first has them.
+    /// By event and field, in the order of their first lines in the log.
     pub(crate) fields: Vec<((String, String), BTreeMap<Training, Series>)>,
 }
 
@@ -29,7 +29,7 @@ impl LogSeries {
         for line in lines {
             found.add(&line);
         }
-        // What was recorded once per training, such as its duration, has no curve.
+        // A number that was recorded once per training, such as its duration, has no curve.
         found
             .fields
             .retain(|(_, trainings)| trainings.values().any(|series| series.len() > 1));
@@ -59,7 +59,7 @@ impl LogSeries {
                 .field(event, field)
                 .entry(training.clone())
                 .or_default();
-            // A resumed run has logged some updates twice; the later line is the one that counts.
+            // A resumed run has logged some updates twice. Then the later line counts.
             while series.last().is_some_and(|&(former, _)| former >= step) {
                 series.pop();
             }

@@ -1,4 +1,4 @@
-//! Lists the reference parts by the IoU that they lost, with their type, their size, and what took their points.
+//! Lists the reference parts by the IoU that they lost, with their type, their size, and the destination of their points.
 
 use crate::html::{id_html, section};
 use crate::matched::Loss;
@@ -6,7 +6,7 @@ use crate::names::Names;
 use crate::shape_digest::{PredictionDigest, ReferenceDigest, ShapeDigest};
 use crate::sortable_table::{Cell, SortableTable};
 
-/// The table has at most so many rows.
+/// The largest number of rows of the table.
 const MAX_ROWS: usize = 1500;
 
 /// A part under one prediction.
@@ -51,7 +51,7 @@ impl LostPart<'_> {
     }
 }
 
-/// The section with the table; empty if no trained backbone has predicted a shape.
+/// The section with the table. It is empty if no trained backbone has predicted a shape.
 pub(crate) fn lost_parts(shapes: &[ShapeDigest], names: &Names<'_>) -> String {
     let mut parts = Vec::new();
     for (idx, shape) in shapes.iter().enumerate() {

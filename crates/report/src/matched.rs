@@ -1,34 +1,34 @@
-//! Matches the clusters of one prediction to the reference parts, and says what each part lost, and to which part.
+//! Matches the clusters of one prediction to the reference parts, and finds the main loss of each part.
 
 use partprobe_eval::{Confusion, match_clusters};
 
-/// What happened to the points that a part lost.
+/// The main cause of the loss of a part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Loss {
     /// Nothing was lost.
     Nothing,
-    /// Most of what is wrong are points of the part in the cluster of another part.
+    /// Most wrong points are points of the part in the cluster of another part.
     MergedInto(usize),
-    /// Most of what is wrong are points of another part in the cluster of the part.
+    /// Most wrong points are points of another part in the cluster of the part.
     TakesIn(usize),
-    /// Most of what is wrong are points of the part in a cluster that belongs to no part.
+    /// Most wrong points are points of the part in a cluster that belongs to no part.
     Split,
 }
 
-/// A prediction whose clusters are numbered by the parts that they were matched to.
+/// A prediction whose clusters are numbered by the parts to which they were matched.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct MatchedPrediction {
-    /// For each point, the index of the part that its cluster was matched to. A cluster without a part has an index from
-    /// the number of parts on.
+    /// For each point, the index of the part to which its cluster was matched. The indices of clusters without a part begin at
+    /// the number of parts.
     pub(crate) part_of_point: Vec<u32>,
-    /// The IoU of each part with its cluster; 0 without one.
+    /// The IoU of each part with its cluster. It is 0 without a cluster.
     pub(crate) iou: Vec<f64>,
-    /// What each part lost.
+    /// The loss of each part.
     pub(crate) loss: Vec<Loss>,
 }
 
 impl MatchedPrediction {
-    /// Matches as the scores do (paper section 4.8). Returns `None` if the labels cannot be scored.
+    /// Matches in the same way as the scores (paper section 4.8). Returns `None` if the labels cannot be scored.
     ///
     /// Parts are the labels of the reference that have a point, in ascending order.
     pub(crate) fn of(clusters: &[i32], reference: &[i32]) -> Option<Self> {
@@ -57,7 +57,7 @@ impl MatchedPrediction {
                 }
             })
             .collect();
-        // A cluster that only has points without a reference label is in no list; it belongs to no part either.
+        // A cluster with only points without a reference label is in no list. It does not belong to a part either.
         let last = (n_parts + n_free) as u32;
         let numbered = |cluster: &u32| {
             let found = confusion.predicted_ids().binary_search(cluster);

@@ -1,4 +1,4 @@
-//! Gives each supervision of a run its color, and tells trained rows from others.
+//! Gives each supervision of a run its color, and distinguishes trained rows from other rows.
 
 use crate::chart::class_of;
 use crate::html::escaped;
@@ -21,13 +21,13 @@ impl<'a> Names<'a> {
         self.trained.iter().any(|name| name == supervision)
     }
 
-    /// The index of its color; rows that were not trained share one.
+    /// The index of its color. Rows without a training share one color.
     pub(crate) fn color(&self, supervision: &str) -> usize {
         let found = self.trained.iter().position(|name| name == supervision);
         found.unwrap_or(self.trained.len())
     }
 
-    /// The class of its color, which is gray for rows that were not trained.
+    /// The class of its color, which is gray for rows without a training.
     pub(crate) fn class(&self, supervision: &str) -> String {
         class_of(
             self.is_trained(supervision)
@@ -35,7 +35,7 @@ impl<'a> Names<'a> {
         )
     }
 
-    /// The name behind a spot of its color.
+    /// The name after a spot in its color.
     pub(crate) fn swatch(&self, supervision: &str) -> String {
         format!(
             "<span class=\"swatch {}\"></span>{}",

@@ -9,7 +9,7 @@ use partprobe_eval::{ExpectationOutcome, MIOU, ScoreRow, Tables};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-/// The answer, with what the run is called and which shapes take part.
+/// The answer, with the name of the run and a summary of its shapes.
 pub(crate) fn answer_html(name: &str, answer: &Answer, summary: &str, notes: &[String]) -> String {
     let mut html = format!(
         "<section id=\"answer\" aria-labelledby=\"answer-h\">\n<p class=\"run\">Run <code>{}</code></p>\n\
@@ -50,7 +50,7 @@ fn capitalized(text: &str) -> String {
     format!("{}{}{end}", first.unwrap_or_default(), chars.as_str())
 }
 
-/// The bounds of the config, each with what was found; empty without bounds.
+/// The bounds of the config, each with the value that was found. It is empty without bounds.
 pub(crate) fn expectations(outcomes: &[ExpectationOutcome]) -> String {
     let mut list = String::new();
     for outcome in outcomes {
@@ -79,7 +79,7 @@ pub(crate) fn expectations(outcomes: &[ExpectationOutcome]) -> String {
     section("expectations", "Expectations", &lead, &list)
 }
 
-/// The mean mIoU of every row of the first table as a chart; empty without scores.
+/// The mean mIoU of every row of the first table as a chart. It is empty without scores.
 pub(crate) fn means(tables: &Tables, rows: &[ScoreRow], names: &Names<'_>) -> String {
     let Some(main) = MainTable::of(tables) else {
         return String::new();

@@ -1,19 +1,19 @@
-//! Chooses, orders and quantizes the points of a shape that the page has: positions in a box, normals in two bytes.
+//! Chooses, orders and quantizes the points of a shape for the page. Positions are relative to a box, and normals have two bytes.
 
 use crate::kept_points::spread_indices;
 use partprobe_carrier::{NearestPoints, distance};
 
-/// The number of points that the 3D view has of each shape.
+/// The number of points per shape in the 3D view.
 pub(crate) const N_POINTS: usize = 5000;
 
 /// The kept points in an order along a curve through space, which compresses well.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct KeptPoints {
-    /// From 0 to 65535 along the largest extent of the shape; the other axes have the same scale.
+    /// From 0 to 65535 along the largest extent of the shape. The other axes have the same scale.
     pub(crate) positions: Vec<[u16; 3]>,
     /// Unit normals in octahedral coordinates (Meyer et al. 2010).
     pub(crate) normals: Vec<[u8; 2]>,
-    /// The face of each point as an index in the faces of the digest; empty if faces are not known.
+    /// The face of each point as an index in the faces of the digest. It is empty if faces are not known.
     pub(crate) faces: Vec<u16>,
 }
 
@@ -72,7 +72,7 @@ pub(crate) fn kept_indices(
     (kept, radius)
 }
 
-/// The bits of the coordinates in turn.
+/// The interleaved bits of the coordinates.
 fn morton(position: [u16; 3]) -> u64 {
     let mut code = 0;
     for bit in (0..16).rev() {
@@ -94,7 +94,7 @@ pub(crate) fn octahedral([x, y, z]: [f32; 3]) -> [u8; 2] {
     [u, v].map(|value| (127.0 + 127.0 * value).round().clamp(0.0, 254.0) as u8)
 }
 
-/// For points that were all kept: four fifths of the median distance to the sixth nearest point.
+/// The radius if all points were kept: four fifths of the median distance to the sixth nearest point.
 pub(crate) fn disc_radius(positions: &[[u16; 3]]) -> f64 {
     const N_NEIGHBORS: usize = 6;
     let points: Vec<[f64; 3]> = positions
@@ -113,7 +113,7 @@ pub(crate) fn disc_radius(positions: &[[u16; 3]]) -> f64 {
             .map(|&other| distance(own, points[other as usize]));
         each.fold(0.0, f64::max)
     };
-    // A seventh of the points tells the median well enough.
+    // A seventh of the points gives the median with sufficient accuracy.
     let mut distances: Vec<f64> = (0..points.len() as u32).step_by(7).map(farthest).collect();
     distances.sort_by(f64::total_cmp);
     0.8 * distances[distances.len() / 2]
@@ -131,7 +131,7 @@ mod tests {
             prop_assume!(length > 0.1);
             let normal = [x, y, z].map(|value| value / length);
             let [u, v] = octahedral(normal).map(|byte| f32::from(byte) / 127.0 - 1.0);
-            // As the page decodes it.
+            // The page decodes normals in this way.
             let mut back = [u, v, 1.0 - u.abs() - v.abs()];
             if back[2] < 0.0 {
                 let sign = |value: f32| if value < 0.0 { -1.0 } else { 1.0 };

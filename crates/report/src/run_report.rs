@@ -1,4 +1,4 @@
-//! Defines what the page shows, and puts its sections together.
+//! Defines the content of the page, and assembles its sections.
 
 use crate::answer::answer;
 use crate::curves::curves;
@@ -43,16 +43,16 @@ static NO_TABLES: LazyLock<Tables> = LazyLock::new(|| Tables {
     footer: Vec::new(),
 });
 
-/// What the page shows.
+/// The content of the page.
 #[derive(Clone, Debug)]
 pub struct RunReport<'a> {
     /// The name of the run.
     pub name: &'a str,
-    /// How many shapes take part, in one sentence.
+    /// The number of shapes, in one sentence.
     pub summary: &'a str,
     /// Further remarks, one sentence each.
     pub notes: &'a [String],
-    /// The label sources that backbones were trained on, in the order of the config.
+    /// The label sources on which backbones were trained, in the order of the config.
     pub trained: &'a [String],
     /// The tables of scores.
     pub tables: &'a Tables,
@@ -62,7 +62,7 @@ pub struct RunReport<'a> {
     pub outcomes: &'a [ExpectationOutcome],
     /// The log of the trainings, one JSON object per line, with `event`, `supervision`, `seed` and `step`.
     pub log: &'a str,
-    /// What the run was.
+    /// The facts of the run.
     pub facts: &'a [Fact],
     /// The merged config, as TOML.
     pub config: &'a str,
@@ -152,7 +152,7 @@ impl RunReport<'_> {
     }
 }
 
-/// What the links are called, by section. Sections that are not there have none.
+/// The names of the links, by section. A missing section has no link.
 const LINKS: [(&str, &str); 12] = [
     ("answer", "Answer"),
     ("expectations", "Expectations"),

@@ -7,7 +7,7 @@ use partprobe_eval::{Difference, DifferenceRow, Metric, TableRow, Tables};
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
-/// What the columns mean, below the tables.
+/// The explanation of the columns, below the tables.
 const EXPLANATION: &str = "<p class=\"note\">Means are over shapes with 2 to 19 reference parts; a column <i>K</i> holds the mean mIoU of the shapes with so \
      many parts. mIoU and accuracy: the clusterer knows the number of reference parts, clusters are matched to parts by the \
      Hungarian algorithm, and all sampled points count. GTc: each point goes to the part whose mean embedding is nearest, without \
@@ -16,7 +16,7 @@ const EXPLANATION: &str = "<p class=\"note\">Means are over shapes with 2 to 19 
      <code>labels-of-…</code> the labels of a source themselves, and <code>token-ceiling</code> the most that the tokens allow. \
      Δ has a 95 % interval, paired by shape.</p>\n";
 
-/// The section with all tables; empty without scores.
+/// The section with all tables. It is empty without scores.
 pub(crate) fn score_tables(tables: &Tables, names: &Names<'_>) -> String {
     let mut body = String::new();
     for (idx, rows) in tables.rows.chunk_by(is_same_table).enumerate() {
@@ -51,7 +51,7 @@ fn is_same_table(a: &TableRow, b: &TableRow) -> bool {
     a.reference == b.reference && a.clusterer == b.clusterer
 }
 
-/// The table of the main metrics with the bins, and that of the further ones.
+/// The table of the main metrics with the bins, and the table of the other metrics.
 fn tables_of(
     idx: usize,
     rows: &[TableRow],
@@ -191,7 +191,7 @@ pub(crate) fn difference_text(difference: &Difference) -> String {
     }
 }
 
-/// The same on two lines, which keeps columns narrow.
+/// The same on two lines, so that columns are narrow.
 fn difference_html(difference: &Difference) -> String {
     let text = escaped(&difference_text(difference));
     match text.split_once(' ') {

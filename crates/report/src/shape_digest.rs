@@ -1,4 +1,4 @@
-//! Reduces a test shape to what the page shows of it: its parts, what each prediction lost, and 5 000 of its points.
+//! Reduces a test shape to the data that the page shows: its parts, the losses of each prediction, and 5 000 of its points.
 
 use crate::matched::{Loss, MatchedPrediction};
 use crate::packed_points::{Frame, KeptPoints, disc_radius, kept_indices, octahedral};
@@ -16,7 +16,7 @@ pub struct ReportShape {
     pub normals: Vec<[f32; 3]>,
     /// The references in the order of the config, each with the label of each point; negative labels are ignored.
     pub references: Vec<(String, Vec<i32>)>,
-    /// What was predicted, the main rows first.
+    /// The predictions. Those of the main rows come first.
     pub predictions: Vec<Prediction>,
     /// The faces of the points, if they are known.
     pub faces: Option<ShapeFaces>,
@@ -25,11 +25,11 @@ pub struct ReportShape {
 /// The predicted cluster of each point by one row of the tables.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Prediction {
-    /// The label source that the backbone was trained on, or the name of the row.
+    /// The label source on which the backbone was trained, or the name of the row.
     pub supervision: String,
     /// The seed.
     pub seed: u64,
-    /// The reference whose number of parts the clusterer was asked for.
+    /// The reference whose number of parts was the requested number of clusters.
     pub reference: String,
     /// The algorithm that made the clusters.
     pub clusterer: String,
@@ -37,7 +37,7 @@ pub struct Prediction {
     pub clusters: Vec<i32>,
 }
 
-/// The faces of a shape, as far as a report names them.
+/// The data of the faces of a shape that a report uses.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct ShapeFaces {
     /// The face of each point, as an index in the two lists.
@@ -48,7 +48,7 @@ pub struct ShapeFaces {
     pub step_ids: Vec<u64>,
 }
 
-/// What a page shows of a shape: much smaller than the shape itself.
+/// The data of a shape that a page shows. It is much smaller than the shape itself.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ShapeDigest {
     pub(crate) id: String,
@@ -68,7 +68,7 @@ pub struct ShapeDigest {
 pub(crate) struct ReferenceDigest {
     pub(crate) source: String,
     pub(crate) parts: Vec<PartDigest>,
-    /// The part of each kept point, as an index in `parts`; `u16::MAX` if it has none.
+    /// The part of each kept point, as an index in `parts`. It is `u16::MAX` if the point has none.
     pub(crate) part_of_point: Vec<u16>,
 }
 
@@ -78,7 +78,7 @@ pub(crate) struct PartDigest {
     pub(crate) label: i32,
     /// The fraction of the labeled points that are in the part.
     pub(crate) size: f64,
-    /// The type that most of its points lie on, if faces are known.
+    /// The face type of most of its points, if faces are known.
     pub(crate) face_type: Option<FaceType>,
     pub(crate) n_faces: usize,
 }
@@ -94,9 +94,10 @@ pub(crate) struct PredictionDigest {
     pub(crate) miou: f64,
     pub(crate) iou: Vec<f64>,
     pub(crate) loss: Vec<Loss>,
-    /// For each part, how many of its points are in the cluster of each part, and last in a cluster without a part.
+    /// For each part, the number of its points in the cluster of each part, and last the number of its points in clusters without
+    /// a part.
     pub(crate) moved: Vec<Vec<u32>>,
-    /// As in [`MatchedPrediction::part_of_point`], of the kept points.
+    /// The same as [`MatchedPrediction::part_of_point`], for the kept points.
     pub(crate) part_of_point: Vec<u16>,
 }
 
@@ -180,7 +181,7 @@ fn reference_digest(
     }
 }
 
-/// The type that most of the points lie on, and the number of their faces.
+/// The face type of most of the points, and the number of their faces.
 fn main_type(faces: &ShapeFaces, points: &[usize]) -> (Option<FaceType>, usize) {
     let mut counts: BTreeMap<FaceType, usize> = BTreeMap::new();
     let mut distinct = BTreeSet::new();

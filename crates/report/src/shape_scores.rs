@@ -23,7 +23,7 @@ pub(crate) struct MainTable<'a> {
 }
 
 impl<'a> MainTable<'a> {
-    /// None if there is no score.
+    /// Returns `None` if there is no score.
     pub(crate) fn of(tables: &'a Tables) -> Option<Self> {
         let first = tables.rows.first()?;
         Some(Self {
@@ -71,7 +71,7 @@ impl<'a> MainTable<'a> {
     }
 }
 
-/// How the intervals of means are drawn.
+/// The settings of the intervals of means.
 const BOOTSTRAP: Bootstrap = Bootstrap {
     draws: 1000,
     seed: 0,
@@ -84,7 +84,7 @@ pub(crate) fn mean_of(scores: &[ShapeScore<'_>]) -> Option<Statistic> {
     statistic(counting.map(|score| (score.group, score.score)), BOOTSTRAP)
 }
 
-/// The section with a table of all shapes; empty without scores.
+/// The section with a table of all shapes. It is empty without scores.
 pub(crate) fn shape_table(
     tables: &Tables,
     rows: &[ScoreRow],

@@ -3,12 +3,12 @@
 use crate::html::escaped;
 use std::fmt::Write as _;
 
-/// A cell: what is shown, and what it is sorted by.
+/// A cell: its content, and the key by which it is sorted.
 #[derive(Clone, Debug)]
 pub(crate) struct Cell {
     html: String,
     key: Option<String>,
-    /// The share of the cell that a bar fills.
+    /// The fraction of the cell that a bar fills.
     bar: Option<f64>,
     is_number: bool,
 }
@@ -29,11 +29,11 @@ impl Cell {
         }
     }
 
-    /// A number with its text; a cell without one comes last in every order.
+    /// A number with its text. A cell without a number comes last in every order.
     pub(crate) fn number(value: Option<f64>, text: &str) -> Self {
         Self {
             html: escaped(text),
-            // A page that is made again from a file of scores may differ in their last digits, which nobody sorts by.
+            // Scores that are read again from a file may differ in their last digits. Rounding gives the same page for them.
             key: value.map(|value| format!("{}", (value * 1e9).round() / 1e9)),
             bar: None,
             is_number: true,
@@ -65,7 +65,7 @@ impl Cell {
 pub(crate) struct SortableTable {
     id: String,
     caption: String,
-    /// The heading of each column, and whether it holds numbers.
+    /// The heading of each column, and whether it has numbers.
     columns: Vec<(String, bool)>,
     body: String,
     foot: String,
@@ -75,7 +75,7 @@ pub(crate) struct SortableTable {
 }
 
 impl SortableTable {
-    /// A table without rows; the id is unique on the page.
+    /// A table without rows. The id must be unique on the page.
     pub(crate) fn new(id: &str, caption: &str) -> Self {
         Self {
             id: id.to_owned(),
@@ -102,7 +102,7 @@ impl SortableTable {
         self
     }
 
-    /// Adds a row; `attributes` are written into its start tag as they are.
+    /// Adds a row. `attributes` are written into its start tag without changes.
     pub(crate) fn row(&mut self, attributes: &str, cells: &[Cell]) {
         self.n_rows += 1;
         let space = if attributes.is_empty() { "" } else { " " };
@@ -122,7 +122,7 @@ impl SortableTable {
         self.foot.push_str("</tr>\n");
     }
 
-    /// The table as HTML; empty if it has no row.
+    /// The table as HTML. It is empty if there is no row.
     pub(crate) fn to_html(&self) -> String {
         if self.n_rows == 0 {
             return String::new();

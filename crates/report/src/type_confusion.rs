@@ -1,4 +1,4 @@
-//! Shows which primitive types are merged: where the points of parts of each type end up.
+//! Shows which primitive types are merged: for each type, the clusters of the points of its parts.
 
 use crate::chart::{Cells, figure};
 use crate::html::section;
@@ -8,8 +8,8 @@ use crate::shape_digest::{PredictionDigest, ReferenceDigest, ShapeDigest};
 use partprobe_carrier::FaceType;
 use std::collections::BTreeMap;
 
-/// For parts of one type: the points that stayed in their part, by type of another part that they went to, and those in a
-/// cluster of no part.
+/// For parts of one type: the number of points in the cluster of their part, in clusters of other parts by type, and in clusters
+/// without a part.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 struct Fate {
     stayed: u64,
@@ -17,7 +17,7 @@ struct Fate {
     in_no_part: u64,
 }
 
-/// The section with a matrix per trained supervision; empty if the types are not known.
+/// The section with one matrix per trained supervision. It is empty if the types are not known.
 pub(crate) fn type_confusion(shapes: &[ShapeDigest], names: &Names<'_>) -> String {
     let mut by_supervision: BTreeMap<usize, (&str, BTreeMap<FaceType, Fate>)> = BTreeMap::new();
     for shape in shapes {

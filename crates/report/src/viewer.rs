@@ -1,13 +1,14 @@
-//! Writes the frame of the 3D view: four panes with linked cameras, the list of parts, and what the pointer is on.
+//! Writes the frame of the 3D view: four panes with linked cameras, the list of parts, and a line about the point under the
+//! pointer.
 
 use crate::html::{escaped, section};
 use crate::shape_digest::ShapeDigest;
 use std::fmt::Write as _;
 
-/// The number of panes; the script chooses what each of them shows first.
+/// The number of panes. The script chooses the initial content of each pane.
 const N_PANES: usize = 4;
 
-/// The section of the view; empty without shapes.
+/// The section of the view. It is empty without shapes.
 pub(crate) fn viewer(shapes: &[ShapeDigest]) -> String {
     let mut options = String::new();
     for (idx, shape) in shapes

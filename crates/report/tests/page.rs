@@ -1,4 +1,5 @@
-//! Tests laws of the whole page: it asks for nothing, no text breaks out of it, and a section is there if it has something to show.
+//! Tests properties of the whole page: it loads nothing, no text breaks its structure, and a section is present if it has
+//! content.
 #![allow(
     clippy::unwrap_used,
     reason = "a test that cannot make its own input has failed"
@@ -59,7 +60,7 @@ fn compared(rows: &[ScoreRow]) -> Tables {
     tables(rows, &settings)
 }
 
-/// A plate of two parts; the prediction merges them.
+/// A plate of two parts, which the prediction merges.
 fn digest(id: &str, supervision: &str) -> ShapeDigest {
     let points: Vec<[f32; 3]> = (0..200u8)
         .map(|idx| [f32::from(idx % 20), f32::from(idx / 20), 0.0])
@@ -90,7 +91,7 @@ fn digest(id: &str, supervision: &str) -> ShapeDigest {
     })
 }
 
-/// A report with everything, and with these names for what comes from outside.
+/// A report with all sections, and with these names as texts from outside.
 fn page(name: &str, supervision: &str) -> String {
     let rows = rows(&NAMES);
     let tables = compared(&rows);
@@ -223,7 +224,7 @@ fn no_text_breaks_out_of_the_page() {
         let count = |page: &str| page.matches(tag).count();
         assert_eq!(count(&attacked), count(&plain), "{tag}");
     }
-    // The data of the scripts is one element, which no text can end. Quotes mean nothing in it.
+    // The data of the scripts is one element, which no text can end. Quotes have no meaning in it.
     let (before, data) = attacked
         .split_once("<script type=\"application/json\"")
         .unwrap();

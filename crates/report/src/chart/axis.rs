@@ -19,7 +19,7 @@ impl Axis {
         Self::new(low, high, LEFT, width - RIGHT)
     }
 
-    /// The vertical axis of a chart of this height; large values are at the top.
+    /// The vertical axis of a chart of this height. Large values are at the top.
     pub(crate) fn vertical(low: f64, high: f64, height: f64) -> Self {
         Self::new(low, high, height - BOTTOM, TOP)
     }
@@ -39,7 +39,7 @@ impl Axis {
         }
     }
 
-    /// The position of a value; values outside are placed on the nearer end.
+    /// The position of a value. Values outside are placed at the nearer end.
     pub(crate) fn at(&self, value: f64) -> f64 {
         let fraction = ((value - self.low) / (self.high - self.low)).clamp(0.0, 1.0);
         self.from + fraction * (self.to - self.from)
@@ -105,7 +105,7 @@ pub(crate) fn nice_ticks(low: f64, high: f64, n: usize) -> Vec<f64> {
     let power = 10f64.powf(raw.log10().floor());
     let steps = [0.5, 1.0, 2.0, 5.0, 10.0].map(|factor| factor * power);
     let coarsest = steps.iter().position(|step| *step >= 0.999 * raw);
-    // No multiple of a step that is longer than the span needs to lie inside; then the next shorter one is taken.
+    // If a step is longer than the span, there may be no multiple of it inside. Then the next shorter step is used.
     steps[..=coarsest.unwrap_or(steps.len() - 1)]
         .iter()
         .rev()
@@ -121,7 +121,7 @@ fn multiples(step: f64, low: f64, high: f64) -> Vec<f64> {
     (first..=last).map(|tick| tick as f64 * step).collect()
 }
 
-/// A tick with as many decimals as tell it from its neighbors.
+/// A tick with enough decimals to distinguish it from its neighbors.
 pub(crate) fn tick_text(tick: f64, ticks: &[f64]) -> String {
     let step = match ticks {
         [first, second, ..] => (second - first).abs(),

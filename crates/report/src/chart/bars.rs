@@ -1,4 +1,4 @@
-//! Draws histograms: the share of values in each bin, as bars of one series.
+//! Draws histograms: the fraction of values in each bin, as bars of one series.
 
 use super::{Axis, BOTTOM, LEFT, RIGHT, class_of};
 use crate::html::escaped;
@@ -18,12 +18,12 @@ pub(crate) struct Bars {
     pub(crate) mark: Option<(f64, String)>,
     /// Whether the labels name the left edges of the bars, and not the bars themselves.
     pub(crate) labels_at_edges: bool,
-    /// The index of the color; gray without one.
+    /// The index of the color, or `None` for gray.
     pub(crate) color: Option<usize>,
 }
 
 impl Bars {
-    /// The histogram as SVG; empty if it has no bar with a height.
+    /// The histogram as SVG. It is empty if there is no bar with a height.
     pub(crate) fn to_svg(&self) -> String {
         let highest = self.bars.iter().map(|bar| bar.1).fold(0.0, f64::max);
         if highest <= 0.0 {

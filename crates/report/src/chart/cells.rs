@@ -1,4 +1,4 @@
-//! Draws a matrix of shares as cells, darker for larger shares, each with its number.
+//! Draws a matrix of fractions as cells. Each cell shows its number, and larger fractions are darker.
 
 use crate::html::escaped;
 use std::fmt::Write as _;
@@ -7,21 +7,21 @@ const CELL: [f64; 2] = [56.0, 30.0];
 const NAMES: f64 = 92.0;
 const HEADS: f64 = 34.0;
 
-/// A matrix of shares from 0 to 1.
+/// A matrix of fractions from 0 to 1.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Cells {
     pub(crate) rows: Vec<String>,
     pub(crate) columns: Vec<String>,
-    /// Row after row; `None` is an empty cell.
+    /// The fractions row by row. `None` is an empty cell.
     pub(crate) shares: Vec<Option<f64>>,
-    /// What the columns are.
+    /// The label of the columns.
     pub(crate) column_label: String,
-    /// The number of columns, from the left, whose shares are good to have.
+    /// The number of columns, from the left, in which large fractions are good.
     pub(crate) n_good: usize,
 }
 
 impl Cells {
-    /// The matrix as SVG; empty if it has no row.
+    /// The matrix as SVG. It is empty if it has no row.
     pub(crate) fn to_svg(&self) -> String {
         if self.rows.is_empty() || self.columns.is_empty() {
             return String::new();
@@ -71,7 +71,7 @@ impl Cells {
         };
         let x = NAMES + CELL[0] * column as f64;
         let class = if column < self.n_good { "good" } else { "bad" };
-        // A share is drawn by opacity; the square root lets small shares be seen.
+        // A fraction is drawn by its opacity. The square root makes small fractions visible.
         let opacity = 0.06 + 0.84 * share.clamp(0.0, 1.0).sqrt();
         let percent = 100.0 * share;
         let text = match percent {

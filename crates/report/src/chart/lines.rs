@@ -18,7 +18,7 @@ pub(crate) struct Line {
     pub(crate) points: Vec<(f64, f64)>,
     /// The low and the high value at positions: a band behind the line.
     pub(crate) band: Vec<(f64, [f64; 2])>,
-    /// The same, as error bars; the points are marked.
+    /// The same, as error bars. The points are marked.
     pub(crate) bars: Vec<(f64, [f64; 2])>,
 }
 
@@ -33,7 +33,7 @@ pub(crate) struct LineChart {
 }
 
 impl LineChart {
-    /// The chart as SVG; empty if no line has a point.
+    /// The chart as SVG. It is empty if no line has a point.
     pub(crate) fn to_svg(&self) -> String {
         let points = || self.lines.iter().flat_map(|line| &line.points);
         let Some([x_low, x_high]) = range(points().map(|point| point.0)) else {
@@ -133,7 +133,7 @@ fn path(points: impl Iterator<Item = (f64, f64)>, x: &Axis, y: &Axis) -> String 
     each.collect::<Vec<_>>().join(" ")
 }
 
-/// The smallest and the largest of the finite values; `None` if no value is finite.
+/// The smallest and the largest of the finite values. Returns `None` if no value is finite.
 fn range(values: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
     values.filter(|value| value.is_finite()).fold(
         None,

@@ -1,4 +1,4 @@
-//! Draws charts as SVG: axes, ticks, lines, bars and cells. Colors are classes, so that the page decides them.
+//! Draws charts as SVG: axes, ticks, lines, bars and cells. Colors are classes, so the style sheet of the page determines them.
 
 mod axis;
 mod bars;
@@ -18,7 +18,7 @@ pub(crate) const RIGHT: f64 = 14.0;
 pub(crate) const TOP: f64 = 12.0;
 pub(crate) const BOTTOM: f64 = 44.0;
 
-/// The number of colors that the style sheet has for series; further series start again, with dashes.
+/// The number of colors that the style sheet has for series. Further series use the same colors with dashes.
 pub(crate) const N_COLORS: usize = 8;
 
 /// The class of the series with this index.
@@ -30,12 +30,12 @@ fn series_class(idx: usize) -> String {
     )
 }
 
-/// The class of a series, or of what has no color of its own.
+/// The class of a series, or the class without its own color.
 pub(crate) fn class_of(color: Option<usize>) -> String {
     color.map_or_else(|| "plain".to_owned(), series_class)
 }
 
-/// A chart with its caption, for assistive technology too.
+/// A chart with its caption, which assistive technology can also read.
 pub(crate) fn figure(caption: &str, svg: &str) -> String {
     format!(
         "<figure class=\"chart\"><figcaption>{}</figcaption>\n{svg}</figure>\n",

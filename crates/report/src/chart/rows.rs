@@ -19,11 +19,11 @@ pub(crate) struct IntervalRow {
     pub(crate) interval: Option<[f64; 2]>,
     /// The single values behind the mean.
     pub(crate) values: Vec<f64>,
-    /// The index of the color; rows that were not trained have none.
+    /// The index of the color. Rows without a training have none.
     pub(crate) color: Option<usize>,
 }
 
-/// The rows as SVG over an axis from 0 to 1, under a label; empty if there is none.
+/// The rows as SVG over an axis from 0 to 1, under a label. It is empty without rows.
 pub(crate) fn interval_rows(rows: &[IntervalRow], label: &str) -> String {
     if rows.is_empty() {
         return String::new();
