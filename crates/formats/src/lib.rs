@@ -10,7 +10,7 @@
 //! | `partfield` | the meshes that PartField reads, and the map back to their carriers |
 //! | `webdataset` | the tar files that WebDataset reads |
 //!
-//! A slice of bytes or a value goes in, and the other one comes out.
+//! Bytes go in and values come out, or the reverse.
 //!
 //! ```
 //! use partprobe_formats::{Compression, arrays_from_npz, carrier_from_npz, carrier_to_npz};
@@ -30,15 +30,15 @@
 //!
 //! # What it guarantees
 //!
-//! - The bytes depend on the value alone: archives contain a fixed date, and members keep their order.
-//! - A reader compares what a file claims with the bytes that are there, so a hostile header cannot make it allocate more
+//! - The bytes depend only on the value: archives contain a fixed date, and members keep their order.
+//! - A reader compares the sizes in a header with the bytes that are present, so a hostile header cannot make it allocate more
 //!   than a small multiple of its input.
 //! - A file that is cut off or changed gives an error, never a panic.
 //!
 //! # What it does not do
 //!
-//! It opens no file and prints nothing. Formats that say more than partprobe needs are read in part: of PLY, for example,
-//! positions, normals, triangles and parts.
+//! It opens no file and prints nothing. Formats with more data than partprobe needs are read in part. Of PLY, for example, it
+//! reads positions, normals, triangles and parts.
 
 mod archive;
 mod carrier;

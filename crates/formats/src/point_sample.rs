@@ -12,7 +12,7 @@ pub type SampleLabels = BTreeMap<String, Vec<i32>>;
 
 const LABEL_PREFIX: &str = "label_";
 
-/// Why bytes are not a point sample.
+/// The reason why bytes are not a point sample.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SampleFileError {
@@ -22,14 +22,14 @@ pub enum SampleFileError {
     /// A member is missing or has another type or shape.
     #[error(transparent)]
     Member(#[from] MemberError),
-    /// A member has not one row a point.
+    /// A member does not have one row per point.
     #[error("member `{member}` has {found} rows for {expected} points")]
     Rows {
         /// The member.
         member: String,
-        /// How many rows it has.
+        /// The number of its rows.
         found: usize,
-        /// How many points there are.
+        /// The number of points.
         expected: usize,
     },
 }
@@ -46,7 +46,7 @@ pub fn sample_to_npz(
     sample_with_attributes_to_npz(sample, &SurfaceAttributes::default(), labels, compression)
 }
 
-/// The same with `uv`, `curvature` and `direction` of the points, each where its list isn't empty.
+/// The same with `uv`, `curvature` and `direction` of the points, unless their lists are empty.
 ///
 /// # Errors
 /// If the archive would pass the limits of zip.
@@ -81,7 +81,7 @@ pub fn sample_with_attributes_to_npz(
 /// The sample and its labels in the bytes of their file.
 ///
 /// # Errors
-/// If the archive is damaged, or its members have not one row a point.
+/// If the archive is damaged, or its members do not have one row per point.
 pub fn sample_from_npz(bytes: &[u8]) -> Result<(PointSample, SampleLabels), SampleFileError> {
     let mut members = arrays_from_npz(bytes)?;
     let sources: Vec<String> = members

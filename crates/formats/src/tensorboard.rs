@@ -1,16 +1,16 @@
-//! Writes TensorBoard's event files: named numbers of a step → bytes to append.
+//! Writes TensorBoard's event files: named numbers of a step go in, and bytes to append come out.
 //!
-//! A file is a row of TFRecords (length, checksum of the length, data, checksum of the data), each of which holds an
-//! `Event` of TensorFlow's `event.proto` in protobuf's wire format. Only scalars are written; nothing is read back.
+//! A file is a sequence of TFRecords (length, checksum of the length, data, checksum of the data). Each one contains an `Event`
+//! of TensorFlow's `event.proto` in protobuf's wire format. Only scalars are written, and nothing is read back.
 
-/// What a record of an event file says.
+/// The content of a record of an event file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum TensorboardEvent<'a> {
     /// The first record of a file.
     FileVersion,
-    /// A program starts to write at this step: what other files say of later steps no longer counts.
+    /// A program starts to write at this step. Values of later steps in other files no longer count.
     Start {
-        /// The first step to come.
+        /// The next step.
         step: u64,
     },
     /// Numbers of a step, by their tags.
@@ -22,7 +22,7 @@ pub enum TensorboardEvent<'a> {
     },
 }
 
-/// The bytes of one record; `seconds` is its time since 1970.
+/// The bytes of one record. `seconds` is its time since 1970.
 #[must_use]
 pub fn tensorboard_record(seconds: f64, event: &TensorboardEvent) -> Vec<u8> {
     let data = event_message(seconds, event);
@@ -91,7 +91,7 @@ fn put_bytes(message: &mut Vec<u8>, field: u8, bytes: &[u8]) {
     message.extend(bytes);
 }
 
-/// Seven bits a byte, the lowest first; the highest bit says that more follow.
+/// Appends a number with seven bits per byte, the lowest first. The highest bit of a byte says that more bytes follow.
 fn put_varint(message: &mut Vec<u8>, mut value: u64) {
     while value >= 0x80 {
         message.push(value as u8 | 0x80);
@@ -100,12 +100,14 @@ fn put_varint(message: &mut Vec<u8>, mut value: u64) {
     message.push(value as u8);
 }
 
-/// The checksum of TFRecords: CRC-32C, turned and shifted so that a checksum of checksums stays a good one.
+/// The checksum of TFRecords: CRC-32C, rotated and with a constant added, so that checksums of data with checksums are still
+/// good.
 fn masked_crc(bytes: &[u8]) -> u32 {
     crc32c(bytes).rotate_right(15).wrapping_add(0xa282_ead8)
 }
 
-/// CRC-32 with Castagnoli's polynomial (RFC 3720, appendix B.4), bit by bit: a step writes a few hundred bytes.
+/// CRC-32 with Castagnoli's polynomial (RFC 3720, appendix B.4), bit by bit. This is fast enough, because a step writes a few
+/// hundred bytes.
 fn crc32c(bytes: &[u8]) -> u32 {
     const REVERSED_POLYNOMIAL: u32 = 0x82f6_3b78;
     let feed = |crc: u32, byte: &u8| {
@@ -133,7 +135,7 @@ mod tests {
         assert_eq!(crc32c(b"123456789"), 0xe306_9283);
     }
 
-    /// The data of each record, with both checksums proved.
+    /// The data of each record. Both checksums are checked.
     fn records(mut bytes: &[u8]) -> Vec<&[u8]> {
         let mut found = Vec::new();
         while let Some((length, rest)) = bytes.split_first_chunk::<8>() {

@@ -5,12 +5,12 @@ use std::collections::BTreeMap;
 use std::io::{self, Write};
 use tar::{Builder, EntryType, Header};
 
-/// Hexadecimal digits that tell keys apart whose ids differ in a dot only.
+/// The number of hexadecimal digits that distinguish keys whose ids differ only in a dot.
 const HASH_DIGITS: usize = 12;
 
-/// The key of each id, in its order: the id with `_` in place of each dot, because WebDataset cuts names at the first one.
+/// The key of each id, in its order: the id with `_` instead of each dot, because WebDataset cuts names at the first dot.
 ///
-/// If two ids would have one key, the keys of both end in a hash of the id. Keys do not depend on the order of the ids.
+/// If two ids would have the same key, the keys of both end in a hash of the id. Keys do not depend on the order of the ids.
 #[must_use]
 pub fn webdataset_keys(ids: &[&str]) -> Vec<String> {
     let plain = |id: &str| id.replace('.', "_");
@@ -28,7 +28,7 @@ pub fn webdataset_keys(ids: &[&str]) -> Vec<String> {
     ids.iter().map(key).collect()
 }
 
-/// Writes samples into a tar file. Owners and times are 0, so the bytes depend on the samples alone.
+/// Writes samples into a tar file. Owners and times are 0, so the bytes depend only on the samples.
 pub struct WebdatasetWriter<W: Write> {
     tar: Builder<W>,
 }

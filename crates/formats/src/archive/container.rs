@@ -1,15 +1,15 @@
-//! Recognizes what packs a file, by its first bytes.
+//! Recognizes the container of a file by its first bytes.
 
 use super::{ArchiveKind, ZstdReader};
 use std::io::{self, Read};
 
-/// As many bytes tell every container: a tar archive has its mark farthest behind, at 257.
+/// The number of bytes that identify every container. The mark of a tar archive is the last one, at byte 257.
 pub(super) const LOOK_BYTES: usize = 512;
 
-/// Dictionaries of xz above this are refused, as those of 7z are.
+/// Larger dictionaries of xz are refused, like those of 7z.
 const MAX_DICTIONARY_KIB: u32 = 512 << 10;
 
-/// What the first bytes of a file say that it is packed with.
+/// The container of a file, by its first bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Container {
     Gzip,
@@ -54,14 +54,14 @@ impl Container {
     }
 }
 
-/// What the content of a file says; its name does not matter.
+/// The kind of a file by its content. Its name does not matter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Packing {
     /// It is an archive of this kind.
     Archive(ArchiveKind),
     /// It is one file in gzip, zstd or xz.
     OneFile,
-    /// It is packed in nothing that is known here.
+    /// It is not in a known container.
     Nothing,
 }
 
@@ -69,7 +69,7 @@ impl Packing {
     /// Looks at the beginning of a file, and of what is packed in it.
     ///
     /// # Errors
-    /// If the file cannot be read; damage after its first bytes is not an error here.
+    /// If the file cannot be read. Damage after its first bytes is not an error here.
     pub fn of_content(mut source: impl Read) -> io::Result<Self> {
         let start = start_of(&mut source)?;
         Ok(match Container::of_start(&start) {
@@ -104,7 +104,7 @@ fn start_of(source: &mut impl Read) -> io::Result<Vec<u8>> {
     Ok(start)
 }
 
-/// What a stream holds; archives of several files are not streams, and stay as they are.
+/// The content of a stream. Archives of several files are not streams, and are not decoded.
 pub(super) fn decoded<'a>(
     container: Container,
     source: impl Read + 'a,

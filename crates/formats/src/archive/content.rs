@@ -6,18 +6,18 @@ use std::io::Read;
 /// The bytes of a member, still in the archive.
 pub struct Content<'a> {
     bytes: &'a mut dyn Read,
-    /// What the archive says of the size, where less than that means damage.
+    /// The size according to the archive, if fewer bytes mean damage.
     size: Option<u64>,
     damage: &'a mut Option<String>,
 }
 
-/// Why a member's bytes cannot be had.
+/// The reason why the bytes of a member cannot be read.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ContentError {
-    /// More bytes come than were allowed.
+    /// There are more bytes than allowed.
     #[error("the file has more than {limit} bytes")]
     TooLarge {
-        /// How many were allowed.
+        /// The allowed number.
         limit: u64,
     },
     /// The archive is damaged here.
@@ -38,7 +38,7 @@ impl<'a> Content<'a> {
         }
     }
 
-    /// Reads all bytes, or finds that there are more than `limit`; no more than that are decoded or held.
+    /// Reads all bytes, or finds that there are more than `limit`. At most this number is decoded and kept.
     ///
     /// # Errors
     /// If there are more, or the archive is damaged.
@@ -61,7 +61,7 @@ impl<'a> Content<'a> {
     }
 }
 
-/// What is said of a stream that ends inside a member.
+/// The message for a stream that ends inside a member.
 pub(super) const CUT_OFF: &str = "it ends inside a member";
 
 impl fmt::Debug for Content<'_> {

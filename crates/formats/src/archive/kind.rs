@@ -1,4 +1,4 @@
-//! Recognizes by the name which archives are read.
+//! Recognizes archives by their names.
 
 use crate::archive::step_name::without_ending;
 
@@ -33,7 +33,7 @@ const ENDINGS: [(&str, ArchiveKind); 9] = [
 ];
 
 impl ArchiveKind {
-    /// The kind that a file name says, in any case, and the name without that ending.
+    /// The kind of archive by the ending of a file name in upper or lower case, and the name without that ending.
     #[must_use]
     pub fn of_name(name: &str) -> Option<(Self, &str)> {
         ENDINGS
@@ -41,7 +41,7 @@ impl ArchiveKind {
             .find_map(|&(ending, kind)| Some((kind, without_ending(name, ending)?)))
     }
 
-    /// The ending that names of this kind mostly have, with its dot.
+    /// The most common ending of this kind, with its dot.
     #[must_use]
     pub fn ending(self) -> &'static str {
         let of_kind = ENDINGS.iter().find(|(_, kind)| *kind == self);

@@ -1,13 +1,13 @@
-//! Names members so that they stay below the folder of the archive, also if the archive says otherwise.
+//! Names members such that their paths are inside the folder of the archive, even if a name in the archive leads outside.
 
 use super::{ArchiveKind, Refusal};
 
-/// The relative path of a member: plain names, none of which leads anywhere else.
+/// The relative path of a member: plain names, none of which leads out of the folder.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct MemberName(Vec<String>);
 
 impl MemberName {
-    /// The name that an archive gives; `.` in it means nothing and is left out.
+    /// The name of a member from the name in its archive. Components `.` are left out.
     pub(super) fn of(given: &str) -> Result<Self, Refusal> {
         if given.chars().any(char::is_control) {
             return Err(Refusal::UnsafeName("holds control characters"));
@@ -34,14 +34,14 @@ impl MemberName {
         Ok(Self(components.into_iter().map(str::to_owned).collect()))
     }
 
-    /// Folders and file name, in this order; there is at least one.
+    /// Folders and file name, in this order. There is at least one component.
     #[must_use]
     pub fn components(&self) -> &[String] {
         &self.0
     }
 }
 
-/// `C:` and its kin.
+/// Whether a name is a drive such as `C:`.
 fn is_drive(name: &str) -> bool {
     matches!(name.as_bytes(), [letter, b':', ..] if letter.is_ascii_alphabetic())
 }

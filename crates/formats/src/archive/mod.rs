@@ -1,8 +1,8 @@
-//! Reads archives as streams of members: an archive's bytes go in, its files come out one after the other, in its order.
+//! Reads archives as streams of members: the bytes of an archive go in, and its files come out one after the other, in its order.
 //!
-//! Nothing is unpacked to disk and nothing is believed: a name that leads outside, a link, an encrypted member and an
-//! archive inside the archive are refused by name, a size counts only when the bytes have come, and damage ends
-//! what lies behind it and nothing else.
+//! Nothing is unpacked to disk, and nothing in an archive is trusted. Names that lead outside, links, encrypted members and
+//! archives inside the archive are refused, each with its name. Declared sizes are not used before the bytes are read. After
+//! damage, only the members that depend on the damaged bytes are lost.
 
 mod container;
 mod content;
@@ -29,25 +29,25 @@ use container::{Container, decoded};
 use std::io::{Read, Seek};
 use std::ops::ControlFlow;
 
-/// A file in an archive, at the moment when the archive has come to it.
+/// A file in an archive, while the archive is being read at this file.
 #[derive(Debug)]
 pub struct Member<'a> {
-    /// Its place in the archive, from 0; folders and refused members count.
+    /// Its position in the archive, counted from 0. Folders and refused members count.
     pub position: u64,
-    /// The name as the archive gives it; bytes that are not UTF-8 are escaped by [`crate::text_of_name`].
+    /// The name in the archive. Bytes that are not UTF-8 are escaped by [`crate::text_of_name`].
     pub given_name: String,
-    /// The usable name and the bytes, or why the member is refused.
+    /// The usable name and the bytes, or the reason why the member is refused.
     pub content: Result<(MemberName, Content<'a>), Refusal>,
 }
 
-/// Why a member is not read, for any content.
+/// The reason why a member is not read, independent of its content.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Refusal {
-    /// The name could lead out of the folder that the archive stands for.
+    /// The name could lead out of the folder of the archive.
     #[error("the name {0}; pack the files again with relative names")]
     UnsafeName(&'static str),
-    /// A link names another file instead of holding bytes.
+    /// A link, which names another file and has no bytes.
     #[error("it is a link; pack the file that it leads to")]
     Link,
     /// A device, a pipe, or a file with holes.
@@ -59,32 +59,32 @@ pub enum Refusal {
     /// Archives are not opened inside archives.
     #[error("it is an archive inside an archive; unpack the outer one first")]
     Nested,
-    /// Several members have one name, and nothing tells which is meant.
+    /// Several members have the same name, so it is not known which one is meant.
     #[error("{0} members have this name, and which is meant cannot be told")]
     Duplicate(usize),
-    /// The member lies behind damage in the stream that holds it.
+    /// The member is after damage in its stream.
     #[error("it cannot be reached, since the archive is damaged before it")]
     BehindDamage,
 }
 
-/// The archive could not be read to its end; the members before the damage have been visited.
+/// The archive could not be read to its end. The members before the damage have been visited.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
     "the archive is damaged, cut off or of an unknown kind: {problem}; {n_visited} members were reached"
 )]
 pub struct ArchiveDamage {
-    /// What is wrong.
+    /// A description of the damage.
     pub problem: String,
-    /// Members before the damage.
+    /// The number of members before the damage.
     pub n_visited: u64,
 }
 
-/// What happens to each member.
+/// The function that is called for each member.
 pub type Visit<'v> = &'v mut dyn FnMut(Member<'_>) -> ControlFlow<()>;
 
-/// Visits the members in the order in which the archive holds them, until the visitor breaks off.
+/// Visits the members in the order of the archive, until the visitor breaks.
 ///
-/// Memory does not grow with the archive, but for a list of names where the archive has one.
+/// Memory does not grow with the size of the archive, except for the list of names if the archive has one.
 ///
 /// # Errors
 /// If the archive is damaged or cut off.
@@ -123,7 +123,7 @@ fn walk_packed_tar(
     tarball::walk(unpacked, walk)
 }
 
-/// The names of the members, where the archive has a list of them: a tar archive has none.
+/// The names of the members. Returns `None` if the archive has no list of them, such as a tar archive.
 pub fn listed_names(kind: ArchiveKind, source: impl Read + Seek) -> Option<Vec<String>> {
     match kind {
         ArchiveKind::Zip => zip_file::listed_names(source),
@@ -132,22 +132,22 @@ pub fn listed_names(kind: ArchiveKind, source: impl Read + Seek) -> Option<Vec<S
     }
 }
 
-/// Why a walk ends early.
+/// The reason why a walk ends early.
 enum Stop {
-    /// The visitor has had enough.
+    /// The visitor has broken off.
     Broken,
     /// The archive is damaged.
     Damage(String),
 }
 
-/// A walk through an archive: the visitor, and how far it is.
+/// A walk through an archive: the visitor and the current position.
 struct Walk<'v> {
     visit: Visit<'v>,
     n_visited: u64,
 }
 
 impl Walk<'_> {
-    /// Visits a member whose bytes can be had from `bytes`, unless its name is refused.
+    /// Visits a member with these bytes, unless its name is refused.
     fn file(
         &mut self,
         given_name: String,
@@ -172,7 +172,7 @@ impl Walk<'_> {
         self.show(given_name, Err(refusal))
     }
 
-    /// Passes over a folder.
+    /// Skips a folder.
     fn folder(&mut self) {
         self.n_visited += 1;
     }

@@ -1,8 +1,8 @@
-//! Writes file names as text that leads back to their bytes: names are bytes, and not all of them are UTF-8.
+//! Writes file names as text from which their bytes can be restored. File names are bytes, and not all of them are UTF-8.
 //!
-//! A name that is UTF-8 stands as it is. In any other name each byte that is not text is written as `%` and two capital
-//! hexadecimal digits, and each `%` as `%25`. A UTF-8 name that looks like such a text is written in this way too, so
-//! that no two names have one text.
+//! A UTF-8 name is its own text. In any other name, each byte that is not text is written as `%` and two capital hexadecimal
+//! digits, and each `%` is written as `%25`. A UTF-8 name that looks like such a text is also written in this way, so that
+//! different names have different texts.
 
 use std::borrow::Cow;
 
@@ -27,7 +27,7 @@ pub fn name_of_text(text: &str) -> Cow<'_, [u8]> {
     }
 }
 
-/// Whether some name that needs it is written as this text.
+/// Whether this text could be the escaped form of a name.
 fn looks_escaped(text: &str) -> bool {
     let mut text = Cow::Borrowed(text);
     loop {
@@ -35,7 +35,7 @@ fn looks_escaped(text: &str) -> bool {
         if bytes == text.as_bytes() {
             return false;
         }
-        // Each turn shortens the text.
+        // Each iteration shortens the text.
         match String::from_utf8(bytes) {
             Ok(shorter) => text = Cow::Owned(shorter),
             Err(_) => return true,
@@ -55,7 +55,7 @@ fn escaped(name: &[u8]) -> String {
     text
 }
 
-/// Puts bytes in the place of what [`escaped`] writes for them; any other `%` stays.
+/// Replaces the escapes of [`escaped`] by their bytes. Any other `%` is kept.
 fn unescaped(text: &[u8]) -> Vec<u8> {
     let mut bytes = Vec::with_capacity(text.len());
     let mut at = 0;
@@ -67,7 +67,7 @@ fn unescaped(text: &[u8]) -> Vec<u8> {
     bytes
 }
 
-/// The byte that an escape at the beginning of the text stands for.
+/// The byte of an escape at the beginning of the text.
 fn escape_at(text: &[u8]) -> Option<u8> {
     let [b'%', high, low, ..] = text else {
         return None;

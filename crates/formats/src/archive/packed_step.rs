@@ -1,7 +1,7 @@
-//! Unpacks STEP text: the bytes of a file go in, its text comes out.
+//! Unpacks STEP text: the bytes of a file go in, and its text comes out.
 //!
-//! The content decides, never the name. No more than a limit is ever decoded, so that a file that unpacks without end
-//! costs no more than any other.
+//! The container is recognized by its content, never by its name. At most a given number of bytes is decoded, so a file that
+//! unpacks without end costs no more than any other file.
 
 use super::container::{Container, LOOK_BYTES, decoded};
 use super::content::ContentError;
@@ -10,52 +10,52 @@ use crate::archive::step_name::step_stem;
 use std::io::{self, Cursor, Read};
 use std::ops::ControlFlow;
 
-/// So many containers may lie in each other.
+/// The largest number of nested containers.
 const MAX_LAYERS: usize = 4;
 
-/// Why a file gives no text.
+/// The reason why a file gives no text.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum UnpackError {
-    /// More text comes than was allowed.
+    /// There is more text than allowed.
     #[error("the unpacked file has more than {limit} bytes")]
     TooLarge {
-        /// How many were allowed.
+        /// The allowed number.
         limit: u64,
     },
     /// The container is damaged or cut off.
     #[error("its {container} container is damaged or cut off: {problem}")]
     Damaged {
-        /// What packs the file.
+        /// The container of the file.
         container: &'static str,
-        /// What is wrong.
+        /// A description of the damage.
         problem: String,
     },
-    /// A zip container has no STEP file, or several.
+    /// A zip container has no STEP file, or several ones.
     #[error(
         "it is a zip archive with {n_steps} STEP files, not one{}",
         if *n_steps > 1 { "; `partprobe label` reads all of them if the name ends in .zip" } else { "" }
     )]
     NotOne {
-        /// How many there are.
+        /// The number of STEP files.
         n_steps: usize,
     },
-    /// An archive of several files under the name of one.
+    /// An archive of several files under the name of a single file.
     #[error(
         "it is a {container} archive of files; `partprobe label` reads archives if the name ends in {ending}"
     )]
     Archive {
-        /// What it is.
+        /// The kind of archive.
         container: &'static str,
-        /// The ending that says so.
+        /// The correct ending of this kind.
         ending: &'static str,
     },
-    /// Containers lie in containers.
+    /// There are too many nested containers.
     #[error("it is packed more than {MAX_LAYERS} times; unpack it first")]
     TooDeep,
 }
 
-/// Gives the text of a file that may be packed with gzip, zstd, xz, or as the one STEP file of a zip.
+/// Gives the text of a file that may be packed with gzip, zstd, xz, or as the only STEP file of a zip.
 ///
 /// # Errors
 /// If the container is damaged, holds several files, or unpacks to more than `limit` bytes.
@@ -92,7 +92,7 @@ pub fn unpacked_step(bytes: Vec<u8>, limit: u64) -> Result<Vec<u8>, UnpackError>
     }
 }
 
-/// All members of a gzip file; padding after them is not damage.
+/// Decodes all members of a gzip file. Padding after them is not damage.
 fn gunzipped(bytes: &[u8], limit: u64) -> Result<Vec<u8>, UnpackError> {
     let mut text = Vec::new();
     let mut rest = bytes;
@@ -141,7 +141,7 @@ fn damage(container: Container, error: &io::Error) -> UnpackError {
     }
 }
 
-/// The STEP file of a zip that has one, or its only file where no name says STEP.
+/// The STEP file of a zip that has one, or its only file if no name has an ending of STEP.
 fn only_step_of_zip(bytes: &[u8], limit: u64) -> Result<Vec<u8>, UnpackError> {
     let names = step_members(bytes)?;
     let [name] = names.as_slice() else {
@@ -172,7 +172,7 @@ fn only_step_of_zip(bytes: &[u8], limit: u64) -> Result<Vec<u8>, UnpackError> {
     }
 }
 
-/// Names of the members that say STEP, or of all members where none does.
+/// The names of the members with an ending of STEP, or of all members if there are none.
 fn step_members(bytes: &[u8]) -> Result<Vec<String>, UnpackError> {
     let mut names = Vec::new();
     let walked = walk_archive(ArchiveKind::Zip, Cursor::new(bytes), &mut |member| {

@@ -1,15 +1,15 @@
 //! Reads the members of a 7z archive.
 //!
-//! Members share solid blocks, which are decoded from their beginning: what lies behind damage in a block cannot be
-//! reached, and each such member is refused by name. Other blocks are still read.
+//! Members share solid blocks, which are decoded from their beginning. Members after damage in a block cannot be decoded, and
+//! each of them is refused with its name. Other blocks are still read.
 
 use super::{Refusal, Stop, Walk};
 use sevenz_rust2::{Archive, ArchiveEntry, BlockDecoder, Error, Password};
 use std::io::{self, Read, Seek};
 
-/// Dictionaries above this are refused; the largest setting of common packers takes a fraction of it.
+/// Larger dictionaries are refused. The largest setting of common packers uses a fraction of this size.
 const MAX_DICTIONARY_KIB: usize = 512 << 10;
-/// Windows attributes keep the Unix mode in their upper half.
+/// Windows attributes have the Unix mode in their upper half.
 const UNIX_MODE_SHIFT: u32 = 16;
 const UNIX_TYPE: u32 = 0o170_000;
 const UNIX_LINK: u32 = 0o120_000;
@@ -119,7 +119,7 @@ fn is_link(entry: &ArchiveEntry) -> bool {
     (attributes >> UNIX_MODE_SHIFT) & UNIX_TYPE == UNIX_LINK || attributes & REPARSE_POINT != 0
 }
 
-/// Refuses the members that nothing else can be said of.
+/// Refuses all members that were not visited.
 fn refuse_rest(
     entries: &[ArchiveEntry],
     refusal: &Refusal,
@@ -131,7 +131,7 @@ fn refuse_rest(
         .try_for_each(|entry| walk.refused(entry.name().to_owned(), refusal.clone()))
 }
 
-/// What is wrong, in the same words whichever way the error came.
+/// A description of the error, which does not depend on the way in which the error was reported.
 fn problem(error: &Error) -> String {
     match error {
         Error::Io(error, _) | Error::MaybeBadPassword(error) => error.to_string(),

@@ -1,15 +1,15 @@
-//! Recognizes file names of STEP, plain or packed: a name goes in, the name without its ending comes out.
+//! Recognizes file names of STEP, plain or packed: a name goes in, and the name without its ending comes out.
 
 /// Endings of STEP text, with their dot.
 const PLAIN: [&str; 4] = [".step", ".stp", ".p21", ".ste"];
 /// Endings of STEP text that is packed in any way: `.stpZ` is gzip from some programs and zip from others.
 const PACKED: [&str; 3] = [".stpz", ".stepz", ".p21z"];
-/// Endings that packers put behind the ending of the text.
+/// Endings that packers append to the ending of the text.
 const PACKERS: [&str; 3] = [".gz", ".zst", ".xz"];
 /// Endings of STEP-XML, which is another format.
 const XML: [&str; 2] = [".stpx", ".stpxz"];
 
-/// The name without its ending if that ending says STEP, in any case and packed or not.
+/// The name without its ending if this is an ending of STEP, in upper or lower case, packed or not.
 #[must_use]
 pub fn step_stem(name: &str) -> Option<&str> {
     let bare = || {
@@ -27,14 +27,14 @@ pub fn step_stem(name: &str) -> Option<&str> {
         .or_else(|| stem_of(bare()?, &PLAIN))
 }
 
-/// Whether the ending says STEP-XML.
+/// Whether the ending is one of STEP-XML.
 #[must_use]
 pub fn is_step_xml_name(name: &str) -> bool {
     XML.iter()
         .any(|ending| without_ending(name, ending).is_some())
 }
 
-/// The name without this ending, in any case; nothing may be left of a name that is an ending only.
+/// The name without this ending in upper or lower case. The result may be empty if the name is only an ending.
 pub(crate) fn without_ending<'a>(name: &'a str, ending: &str) -> Option<&'a str> {
     let start = name
         .len()

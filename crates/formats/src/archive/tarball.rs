@@ -7,12 +7,13 @@ use std::cell::Cell;
 use std::io::{self, Read};
 use std::rc::Rc;
 
-/// Headers and long names of one member take no more than this; a bomb would.
+/// The largest size of the headers and long names of one member. It protects against decompression bombs.
 const MAX_HEADER_BYTES: u64 = 1 << 20;
-/// A member is passed over up to this size; decoding a larger one only to pass over it is what a bomb wants.
+/// The largest size of a member that is skipped. It protects against decompression bombs, because skipped bytes must be decoded
+/// too.
 const MAX_SKIPPED_BYTES: u64 = 1 << 33;
 
-/// Visits every member; what the visitor does not read is passed over.
+/// Visits every member. Bytes that the visitor does not read are skipped.
 pub(super) fn walk(source: impl Read, walk: &mut Walk<'_>) -> Result<(), Stop> {
     let left = Rc::new(Cell::new(MAX_HEADER_BYTES));
     let mut archive = tar::Archive::new(LimitedReader {
@@ -34,7 +35,7 @@ pub(super) fn walk(source: impl Read, walk: &mut Walk<'_>) -> Result<(), Stop> {
         } else if kind.is_symlink() || kind.is_hard_link() {
             walk.refused(name, Refusal::Link)?;
         } else if kind.is_pax_global_extensions() {
-            // Comments of the packing program: no member.
+            // These are comments of the packing program, not members.
         } else if kind.is_file() || kind.is_contiguous() {
             walk.file(name, &mut entry, Some(size))?;
         } else {
@@ -44,7 +45,7 @@ pub(super) fn walk(source: impl Read, walk: &mut Walk<'_>) -> Result<(), Stop> {
     }
 }
 
-/// Reads what is left of a member, so that the next header is not looked for inside it.
+/// Reads the rest of a member, so that the next header is not searched inside it.
 fn pass_over(entry: &mut impl Read) -> Result<(), Stop> {
     let n_passed = io::copy(&mut entry.take(MAX_SKIPPED_BYTES), &mut io::sink()).map_err(damage)?;
     if n_passed == MAX_SKIPPED_BYTES {
@@ -62,7 +63,7 @@ fn damage(error: io::Error) -> Stop {
     })
 }
 
-/// A reader that gives no more than it is allowed to.
+/// A reader that gives at most an allowed number of bytes.
 struct LimitedReader<R> {
     source: R,
     left: Rc<Cell<u64>>,

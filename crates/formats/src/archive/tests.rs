@@ -11,7 +11,7 @@ const KINDS: [ArchiveKind; 6] = [
     ArchiveKind::TarXz,
     ArchiveKind::SevenZip,
 ];
-/// What members may hold.
+/// The largest size of members.
 const LIMIT: u64 = 2_000;
 
 fn packed(kind: ArchiveKind, members: &[(&str, &[u8])]) -> Vec<u8> {
@@ -75,7 +75,7 @@ fn seven_zipped(members: &[(&str, &[u8])]) -> Vec<u8> {
     writer.finish().unwrap().into_inner()
 }
 
-/// A line for each member, and one for the damage.
+/// One line per member, and one for the damage.
 fn walked(kind: ArchiveKind, bytes: &[u8]) -> Vec<String> {
     let mut lines = Vec::new();
     let ended = walk_archive(kind, Cursor::new(bytes), &mut |member| {
@@ -194,7 +194,7 @@ fn unescaped(text: &str) -> Vec<u8> {
 
 #[test]
 fn members_before_damage_are_had() {
-    // Packers work in blocks of 128 KiB and more, and a block comes whole or not at all.
+    // Packers work in blocks of 128 KiB and more, and a block is decoded completely or not at all.
     let mut state = 1u64;
     let mut next_byte = |_| {
         state = state
@@ -214,7 +214,7 @@ fn members_before_damage_are_had() {
             damage.starts_with("the archive is damaged"),
             "{kind:?}: {lines:?}"
         );
-        // The list of a 7z archive stands at its end: without it there is nothing to read.
+        // The list of a 7z archive is at its end. Without it, no member can be read.
         assert_eq!(
             lines[0] == "0 a.step = one",
             kind != ArchiveKind::SevenZip,
@@ -304,7 +304,7 @@ fn packed_files_give_their_text_and_no_more_than_the_limit() {
         );
     }
     assert_eq!(unpacked_step(b"text".to_vec(), LIMIT).unwrap(), b"text");
-    // Several members of gzip are one text, and padding behind them is no damage.
+    // Several members of gzip are one text, and padding after them is not damage.
     let several = [gzipped(b"te"), gzipped(b"xt"), vec![0; 100]].concat();
     assert_eq!(unpacked_step(several, LIMIT).unwrap(), b"text");
     let halves = [gzipped(&[b'x'; 1_500]), gzipped(&[b'x'; 1_500])].concat();

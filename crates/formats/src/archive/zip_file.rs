@@ -1,7 +1,7 @@
 //! Reads the members of a zip archive.
 //!
-//! The list at its end says what is in it. Where that list is missing, as in an archive that was cut off, the members
-//! are read one after the other from the beginning.
+//! The list of its members is at its end. If the list is missing, for example because the archive was cut off, the members are
+//! read one after the other from the beginning.
 
 use super::{Refusal, Stop, Walk};
 use crate::archive::name_text::text_of_name;
@@ -10,7 +10,7 @@ use std::io::{BufReader, Read, Seek, SeekFrom};
 use zip::ZipArchive;
 use zip::read::{ZipFile, read_zipfile_from_stream};
 
-/// Visits every member of the list, or else of the stream.
+/// Visits every member of the list, or of the stream if there is no list.
 pub(super) fn walk(mut source: impl Read + Seek, walk: &mut Walk<'_>) -> Result<(), Stop> {
     let repeated_from = match ZipArchive::new(&mut source) {
         Ok(archive) => archive
@@ -40,7 +40,7 @@ fn walk_list<R: Read + Seek>(
     repeated: &Names,
     walk: &mut Walk<'_>,
 ) -> Result<(), Stop> {
-    // Members may overlap so that a few bytes unpack to far more than they could alone.
+    // Members may overlap, so that a few bytes unpack to far more data than without overlaps.
     if archive
         .has_overlapping_files()
         .is_ok_and(|overlaps| overlaps)
@@ -62,7 +62,7 @@ fn walk_list<R: Read + Seek>(
 }
 
 fn walk_stream(mut source: impl Read, walk: &mut Walk<'_>) -> Result<(), Stop> {
-    // The caller has seen already that the archive is damaged; where the stream ends does not matter.
+    // The caller already knows that the archive is damaged, so the place where the stream ends does not matter.
     while let Ok(Some(file)) = read_zipfile_from_stream(&mut source) {
         let raw_name = file.name_raw().to_vec();
         visit(Ok(file), &raw_name, None, walk)?;
@@ -90,7 +90,7 @@ fn visit<R: Read>(
     }
 }
 
-/// Members of a zip stand alone: damage in one ends no other.
+/// Members of a zip are independent: damage in one of them does not affect the others.
 fn one_member(visited: Result<(), Stop>) -> Result<(), Stop> {
     match visited {
         Err(Stop::Damage(_)) => Ok(()),
@@ -109,7 +109,7 @@ fn is_encryption(error: &zip::result::ZipError) -> bool {
     }
 }
 
-/// A member that cannot even be opened: reading it says why.
+/// A member that cannot be opened. Reading it gives the reason.
 struct Unreadable(String);
 
 impl Read for Unreadable {
@@ -118,14 +118,14 @@ impl Read for Unreadable {
     }
 }
 
-/// How often each name is in the list.
+/// The number of times that each name is in the list.
 type Names = BTreeMap<Vec<u8>, usize>;
 
-/// Length of an entry of the list without its texts, and where in it the three lengths of the texts stand.
+/// The length of an entry of the list without its texts, and the position of the three lengths of the texts in it.
 const ENTRY_BYTES: usize = 46;
 const NAME_LENGTH_AT: usize = 28;
 
-/// The names that the list holds more than once. The zip reader keeps one member of each name and tells no more.
+/// The names that are more than once in the list. The zip reader keeps one member per name and does not report the others.
 fn repeated_names(source: &mut (impl Read + Seek), start: u64) -> Result<Names, Stop> {
     source.seek(SeekFrom::Start(start)).map_err(damage)?;
     let mut source = BufReader::new(source);

@@ -1,4 +1,4 @@
-//! Reads a zstd stream: packed bytes go in, plain bytes come out, frame after frame (RFC 8878).
+//! Reads a zstd stream: packed bytes go in, and plain bytes come out, frame by frame (RFC 8878).
 //!
 //! Frames that hold no data are skipped, and each checksum is compared. Nothing is packed here.
 
@@ -8,8 +8,8 @@ use std::io::{self, BufReader, Read};
 
 /// An empty last block and the four bytes of a checksum.
 ///
-/// A decoder holds back the last bytes of an open frame, since later blocks may repeat them. After damage it gives
-/// them away when it reads this end.
+/// A decoder keeps the last bytes of an open frame, because later blocks may repeat them. After damage, it gives out these bytes
+/// when it reads this end.
 const FRAME_END: [u8; 7] = [1, 0, 0, 0, 0, 0, 0];
 
 /// The plain bytes of a zstd stream of one or more frames, as a reader.
@@ -34,12 +34,12 @@ pub struct ZstdReader<R: Read> {
     source: BufReader<R>,
     frame: FrameDecoder,
     is_inside_frame: bool,
-    /// What ended the stream early; it is told when all bytes before it have been given.
+    /// The error that ended the stream early. It is reported after all bytes before it have been given.
     damage: Option<io::Error>,
 }
 
 impl<R: Read> ZstdReader<R> {
-    /// Wraps a source; nothing is read yet.
+    /// Wraps a source. Nothing is read yet.
     pub fn new(source: R) -> Self {
         Self {
             source: BufReader::new(source),
@@ -49,7 +49,7 @@ impl<R: Read> ZstdReader<R> {
         }
     }
 
-    /// Reads the header of the next frame that holds data; `false` at the end of the stream.
+    /// Reads the header of the next frame that has data. Returns `false` at the end of the stream.
     fn open_next_frame(&mut self) -> io::Result<bool> {
         loop {
             let mut first = [0_u8];
@@ -76,7 +76,7 @@ impl<R: Read> ZstdReader<R> {
         Ok(())
     }
 
-    /// Decodes blocks until bytes can be given away or the frame ends, by itself or by damage.
+    /// Decodes blocks until there are bytes to give out, or until the frame ends normally or by damage.
     fn decode_some(&mut self) -> io::Result<()> {
         let one_block = || BlockDecodingStrategy::UptoBlocks(1);
         while self.frame.can_collect() == 0 && !self.frame.is_finished() {
@@ -138,7 +138,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// Packs with the C library: the level, and whether a checksum follows the data.
+    /// Packs with the C library at a level, with or without a checksum after the data.
     fn packed(plain: &[u8], level: i32, has_checksum: bool) -> Vec<u8> {
         let mut encoder = zstd::Encoder::new(Vec::new(), level).unwrap();
         encoder.include_checksum(has_checksum).unwrap();
@@ -212,7 +212,7 @@ mod tests {
         }
     }
 
-    /// The C library takes a window of 128 MiB and no larger one; so does this reader.
+    /// The C library accepts windows of up to 128 MiB, and so does this reader.
     #[test]
     fn a_long_window_is_read() {
         let mut encoder = zstd::Encoder::new(Vec::new(), 1).unwrap();

@@ -1,9 +1,9 @@
-//! Writes the faces and edges of a carrier as tables of text, in the order of the file: what networks on B-Reps read.
+//! Writes the faces and edges of a carrier as tables of text, in the order of the file. Networks on B-Reps read such tables.
 
 use partprobe_carrier::Carrier;
 use std::fmt::Write;
 
-/// CSV with the columns `face,step_id,type,part,area`, a line for each face.
+/// CSV with the columns `face,step_id,type,part,area`, one line per face.
 #[must_use]
 pub fn faces_to_csv(carrier: &Carrier, part_of_face: &[i32]) -> String {
     let mut text = "face,step_id,type,part,area\n".to_owned();
@@ -18,7 +18,7 @@ pub fn faces_to_csv(carrier: &Carrier, part_of_face: &[i32]) -> String {
     text
 }
 
-/// CSV with the columns `face_a,face_b,step_id_a,step_id_b,phi,length`, a line for each shared edge.
+/// CSV with the columns `face_a,face_b,step_id_a,step_id_b,phi,length`, one line per shared edge.
 ///
 /// An undefined angle is empty.
 #[must_use]

@@ -1,4 +1,4 @@
-//! Defines the JSON that a carrier file keeps of its settings and its origin.
+//! Defines the JSON of the settings and the origin in a carrier file.
 
 use crate::format_version::FORMAT_VERSION;
 use partprobe_carrier::{CarrierMeta, Instance, Units};

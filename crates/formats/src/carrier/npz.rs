@@ -13,18 +13,18 @@ use partprobe_carrier::{
 };
 use std::borrow::Cow;
 
-/// Names are cut here: NumPy's text is as wide as its longest value, times the number of faces.
+/// Longer names are cut, because NumPy stores every text of an array with the width of the longest one.
 const MAX_NAME_CHARS: usize = 255;
-/// What `face_solid` says of a face that belongs to no solid.
+/// The value of `face_solid` for a face that belongs to no solid.
 const NO_SOLID: i32 = -1;
 /// Parameters, curvatures and directions at the vertices.
 const VERTEX_ATTRIBUTES: [&str; 3] = ["vertex_uv", "vertex_curvature", "vertex_direction"];
-/// The name of a member with a further layer of labels: this, and then the name of the source.
+/// The prefix of the name of a member with a further layer of labels. The name of the source follows.
 const LAYER_PREFIX: &str = "face_label_";
-/// What `face_color` says of a face without a color.
+/// The value of `face_color` for a face without a color.
 const NO_COLOR: u32 = 0;
 
-/// Why bytes are not a carrier.
+/// The reason why bytes are not a carrier.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum CarrierFileError {
@@ -50,9 +50,9 @@ pub enum CarrierFileError {
     Rows {
         /// The member.
         member: String,
-        /// How many rows it has.
+        /// The number of its rows.
         found: usize,
-        /// How many there should be.
+        /// The expected number of rows.
         expected: usize,
     },
     /// The members do not belong to one shape.
@@ -60,19 +60,19 @@ pub enum CarrierFileError {
     Carrier(#[from] CarrierError),
 }
 
-/// A carrier's file, and the hash that it holds.
+/// A carrier's file and the hash in it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct CarrierFile {
     /// The bytes of the file.
     pub bytes: Vec<u8>,
-    /// The hash of its members; [`hashed_carrier_from_npz`] gives it back.
+    /// The hash of its members, which [`hashed_carrier_from_npz`] returns.
     pub content_hash: ContentHash,
 }
 
 /// The bytes of a carrier file, without their hash.
 ///
 /// # Errors
-/// As [`carrier_file`].
+/// The same as for [`carrier_file`].
 pub fn carrier_to_npz(
     carrier: &Carrier,
     compression: Compression,
@@ -80,9 +80,9 @@ pub fn carrier_to_npz(
     carrier_file(carrier, compression).map(|file| file.bytes)
 }
 
-/// A carrier as a file that knows the hash of its own members, so that a later change is noticed.
+/// A carrier as a file that contains the hash of its own members, so that later changes are detected.
 ///
-/// Face names are cut after 255 characters. A name that is empty and a color whose four bytes are 0 read back as none.
+/// Face names are cut after 255 characters. An empty name, and a color whose four bytes are 0, are read back as `None`.
 ///
 /// # Errors
 /// If the archive would pass the limits of zip.
@@ -91,7 +91,7 @@ pub fn carrier_file(
     compression: Compression,
 ) -> Result<CarrierFile, NpzWriteError> {
     let mut archive = NpzWriter::new(compression)?;
-    // The large arrays are copies of the mesh: one at a time is enough.
+    // The large arrays are copies of the mesh, so only one of them is made at a time.
     for (name, array_of) in MESH_MEMBERS {
         archive.add(name, &array_of(carrier))?;
     }
@@ -107,7 +107,7 @@ pub fn carrier_file(
 
 /// The array that the carrier's file has under this name, without the file. Returns `None` if it has no such member.
 ///
-/// Cost: a copy of that array; of any array but those of the mesh, a copy of all of these.
+/// Cost: a copy of that array. If it is not an array of the mesh, all arrays except those of the mesh are copied.
 #[must_use]
 pub fn carrier_array(carrier: &Carrier, name: &str) -> Option<Array> {
     let of_mesh = MESH_MEMBERS.iter().find(|(member, _)| *member == name);
@@ -123,7 +123,7 @@ pub fn carrier_array(carrier: &Carrier, name: &str) -> Option<Array> {
 /// A member and its name.
 type NamedArray = (Cow<'static, str>, Array);
 
-/// All members but those of the mesh itself.
+/// All members except those of the mesh itself.
 fn small_members(carrier: &Carrier) -> Vec<NamedArray> {
     let normals = &carrier.mesh().vertex_normal;
     let normals = Some(normals).filter(|normals| !normals.is_empty());
@@ -162,7 +162,7 @@ fn label_members(carrier: &Carrier) -> Vec<NamedArray> {
         .collect()
 }
 
-/// The layers that not every carrier with a B-Rep has, in the order of their names.
+/// The layers that only some carriers with a B-Rep have, in the order of their names.
 fn layer_members(carrier: &Carrier) -> impl Iterator<Item = NamedArray> {
     let layers = carrier.layers().iter();
     layers
@@ -178,11 +178,11 @@ fn borrowed((name, array): (&'static str, Array)) -> NamedArray {
 }
 
 fn meta_json(meta: &CarrierMeta) -> Vec<u8> {
-    // The value has text keys and plain fields only, which always serialize.
+    // The value has only text keys and plain fields, which always serialize.
     serde_json::to_vec(&MetaJson::from(meta)).unwrap_or_default()
 }
 
-/// A member and how a carrier gives it.
+/// A member and the function that makes it from a carrier.
 type MeshMember = (&'static str, fn(&Carrier) -> Array);
 
 const MESH_MEMBERS: [MeshMember; 6] = [
@@ -209,7 +209,7 @@ const MESH_MEMBERS: [MeshMember; 6] = [
     }),
 ];
 
-/// The members that hold parameters, curvatures and directions, by these names; empty lists are left out.
+/// The members that hold parameters, curvatures and directions, by these names. Empty lists are left out.
 pub(crate) fn attribute_members(
     names: [&'static str; 3],
     attributes: &SurfaceAttributes,
@@ -271,7 +271,7 @@ fn face_members(carrier: &Carrier) -> Vec<(&'static str, Array)> {
     ]
 }
 
-/// A name as NumPy keeps it.
+/// A name as it is stored for NumPy.
 fn shown(name: Option<&String>) -> String {
     name.into_iter()
         .flat_map(|name| name.chars())
@@ -300,10 +300,10 @@ pub fn carrier_from_npz(bytes: &[u8]) -> Result<Carrier, CarrierFileError> {
     hashed_carrier_from_npz(bytes).map(|(carrier, _)| carrier)
 }
 
-/// The same, with the hash of the file's members; files of earlier programs do not hold it, and have one all the same.
+/// The same, with the hash of the file's members. For files of earlier programs, which do not contain it, the hash is computed.
 ///
 /// # Errors
-/// As there.
+/// The same as for [`carrier_from_npz`].
 pub fn hashed_carrier_from_npz(bytes: &[u8]) -> Result<(Carrier, ContentHash), CarrierFileError> {
     let (mut members, content_hash) = hashed_arrays_from_npz(bytes)?;
     let meta: MetaJson = serde_json::from_slice(&members.vector::<u8>("meta")?)
@@ -341,7 +341,7 @@ fn layers_from(
     let mut names: Vec<(String, String)> = sources
         .map(|source| (source.to_owned(), format!("{LAYER_PREFIX}{source}")))
         .collect();
-    // Later names win: a member such as `face_label_step-parts` cannot replace `face_label`.
+    // Later names replace earlier ones, so a member such as `face_label_step-parts` cannot replace `face_label`.
     let of_parts = [(STEP_PARTS_RAW, "face_part"), (STEP_PARTS, "face_label")];
     // A shape without a B-Rep has the layer `given` and neither of these.
     let is_given = names.iter().any(|(source, _)| source == GIVEN);
@@ -486,7 +486,7 @@ mod tests {
         }
     }
 
-    /// A strip of triangles, one a face, with an edge between neighbors.
+    /// A strip of triangles, one per face, with an edge between neighbors.
     fn strip(n_faces: u32, phi: f64, name: &str, vertex_normals: bool) -> Carrier {
         let face = |idx: u32| Face {
             step_id: u64::MAX - u64::from(idx),
@@ -649,14 +649,14 @@ mod tests {
             ),
             "{relabeled:?}"
         );
-        // A file of an earlier program holds no hash.
+        // A file of an earlier program contains no hash.
         assert_eq!(
             changed("content_hash", None),
             Ok((carrier, stored.content_hash))
         );
     }
 
-    /// Writes the strip's members with one of them replaced, or dropped.
+    /// Writes the strip's members with one of them replaced or left out.
     #[track_caller]
     fn check_refusal(name: &'static str, replacement: Option<Array>, expected: CarrierFileError) {
         let carrier = strip(2, 90.0, "top", false);

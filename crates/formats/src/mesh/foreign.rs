@@ -1,10 +1,10 @@
 //! Makes a [`Mesh`] of one face from the vertices and polygons of a foreign file (OBJ, OFF, STL or PLY).
 //!
-//! Polygons are divided into fans. Colors, textures and groups are skipped. Units are taken for millimeters.
+//! Polygons are divided into fans. Colors, textures and groups are skipped. Units are assumed to be millimeters.
 
 use partprobe_carrier::{Mesh, Point};
 
-/// Why bytes are not a mesh that partprobe reads.
+/// The reason why bytes are not a mesh that partprobe reads.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum MeshFileError {
@@ -14,7 +14,7 @@ pub enum MeshFileError {
     /// A line cannot be read.
     #[error("line {line}: `{text}` can't be understood")]
     Line {
-        /// Counted from 1.
+        /// The number of the line, counted from 1.
         line: usize,
         /// The line, or its beginning.
         text: String,
@@ -22,15 +22,15 @@ pub enum MeshFileError {
     /// A header line of a PLY file cannot be read.
     #[error("header line `{0}` can't be understood")]
     Header(String),
-    /// The file ends before all that it claims.
+    /// The file ends before all the data that its header declares.
     #[error("the file ends too early; it may be cut off")]
     Truncated,
-    /// A polygon names a vertex that is not there.
+    /// A polygon names a vertex that does not exist.
     #[error("a face names vertex {vertex}, but there are only {n_vertices}")]
     Index {
         /// The index, counted from 0.
         vertex: i64,
-        /// How many vertices there are.
+        /// The number of vertices.
         n_vertices: usize,
     },
     /// A coordinate is NaN or infinite.
@@ -81,7 +81,7 @@ pub(crate) fn mesh_of(vertices: Vec<Point>, polygons: &[Vec<i64>]) -> Result<Mes
     })
 }
 
-/// The numbers of a line, or which line it was.
+/// The numbers of a line, or an error that names the line.
 pub(crate) fn numbers<'a, T: std::str::FromStr>(
     words: impl Iterator<Item = &'a str>,
     (line, text): (usize, &str),
@@ -106,7 +106,7 @@ pub(crate) fn point(values: &[f64]) -> Option<Point> {
 pub(crate) mod tests {
     use super::*;
 
-    /// The corners of each triangle, which is all that a reader must keep.
+    /// The corners of each triangle, which every reader must keep.
     pub(crate) fn corners(mesh: &Mesh) -> Vec<[Point; 3]> {
         (0..mesh.triangles.len())
             .map(|triangle| mesh.corners(triangle))

@@ -1,15 +1,15 @@
-//! Writes a carrier as glTF 2.0 binary: a node for each part below the nodes of its product, or one mesh of all. Meshes have normals,
-//! colors and three sets of feature ids.
+//! Writes a carrier as glTF 2.0 binary: one node per part below the nodes of its product, or one mesh of all parts. Meshes have
+//! normals, colors and three sets of feature ids.
 //!
-//! Positions stay in millimeters and z stays up in the buffers; the node scales to meters and turns y up, as glTF
-//! demands. Colors are per vertex, which is exact because a vertex belongs to one face. Feature ids follow
-//! `EXT_mesh_features`: `_FEATURE_ID_0` is the part, `_FEATURE_ID_1` the face, `_FEATURE_ID_2` the primitive type.
+//! In the buffers, positions are in millimeters and z is up. The node scales to meters and rotates y up, as glTF requires. Colors
+//! are per vertex, which is exact because a vertex belongs to one face. Feature ids follow `EXT_mesh_features`: `_FEATURE_ID_0`
+//! is the part, `_FEATURE_ID_1` the face, `_FEATURE_ID_2` the primitive type.
 
 use partprobe_carrier::{Carrier, FaceType, smooth_normals};
 use serde_json::{Value, json};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Feature ids are 32-bit floats, the only wide type that glTF has for vertices; they count exactly up to here.
+/// Feature ids are 32-bit floats, the only wide type of glTF for vertices. Integers are exact up to this number.
 const MAX_FEATURES: usize = 1 << 24;
 /// glTF's number for 32-bit floats.
 const FLOAT: u32 = 5126;
@@ -22,16 +22,16 @@ const ARRAY_BUFFER: u32 = 34962;
 /// glTF's number for a buffer of indices.
 const ELEMENT_ARRAY_BUFFER: u32 = 34963;
 
-/// How a shape is divided into nodes, which viewers and modeling programs list, hide and select.
+/// The division of a shape into nodes, which viewers and modeling programs list, hide and select.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum GlbNodes {
-    /// A node with a mesh for each part, below nodes for the products of the assembly.
+    /// One node with a mesh per part, below nodes for the products of the assembly.
     Parts,
     /// One node with one mesh.
     One,
 }
 
-/// Why a carrier makes no GLB.
+/// The reason why a carrier cannot be written as GLB.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum GlbError {
@@ -47,19 +47,19 @@ pub enum GlbError {
     /// The file would pass the 4 GiB of the format.
     #[error("the mesh needs more than the 4 GiB of a GLB; export it as ply")]
     TooLarge,
-    /// There is not one color for each face.
+    /// The number of colors differs from the number of faces.
     #[error("{found} colors for {expected} faces")]
     Colors {
-        /// Colors that were given.
+        /// The number of given colors.
         found: usize,
-        /// Faces of the carrier.
+        /// The number of faces of the carrier.
         expected: usize,
     },
 }
 
 /// The bytes of a GLB.
 ///
-/// `part_of_face` fills `_FEATURE_ID_0`, `color_of_face` (sRGB) the vertex colors; each has one entry for each face.
+/// `part_of_face` fills `_FEATURE_ID_0`, and `color_of_face` (sRGB) fills the vertex colors. Each has one entry per face.
 ///
 /// # Errors
 /// If the mesh is empty, not finite or too large for the format, or an entry is missing.
@@ -102,7 +102,7 @@ pub fn carrier_to_glb(
     container(&document(scene, buffer.json()), buffer.bytes)
 }
 
-/// What the nodes and meshes are made of.
+/// The data of the nodes and meshes.
 struct ShapeData<'a> {
     carrier: &'a Carrier,
     part_of_face: &'a [i32],
@@ -111,7 +111,7 @@ struct ShapeData<'a> {
     normals: Vec<[f32; 3]>,
 }
 
-/// Nodes, the first of which is the root, and the meshes that they show.
+/// Nodes, of which the first is the root, and their meshes.
 #[derive(Default)]
 struct Scene {
     nodes: Vec<Value>,
@@ -157,7 +157,7 @@ impl ShapeData<'_> {
         let mut faces_of: BTreeMap<(u32, bool, i32), BTreeSet<u32>> = BTreeMap::new();
         for &face in &self.carrier.mesh().tri_face {
             let part = self.part_of_face[face as usize];
-            // What has no part comes last.
+            // Faces without a part come last.
             let key = (faces[face as usize].instance, part < 0, part);
             faces_of.entry(key).or_default().insert(face);
         }
@@ -187,7 +187,8 @@ impl ShapeData<'_> {
         scene
     }
 
-    /// Makes the node of a product occurrence, below the nodes of the products that contain it; the root if the file names none.
+    /// Makes the node of a product occurrence, below the nodes of the products that contain it. It is the root if the file names
+    /// no products.
     fn occurrence_node(
         &self,
         scene: &mut Scene,
@@ -211,18 +212,18 @@ impl ShapeData<'_> {
             };
             folders.insert(so_far.clone(), parent);
         }
-        // Two occurrences of one product have nodes of their own.
+        // Two occurrences of the same product have different nodes.
         scene.add_child(parent, json!({ "name": own }))
     }
 
-    /// The root: it scales to meters and turns y up.
+    /// The root, which scales to meters and rotates y up.
     fn root(&self) -> Value {
         let half = std::f64::consts::FRAC_1_SQRT_2;
         let name = &self.carrier.meta().id;
         json!({ "name": name, "rotation": [-half, 0.0, 0.0, half], "scale": [0.001, 0.001, 0.001] })
     }
 
-    /// What is known of the faces.
+    /// The data of the faces.
     fn facts(&self) -> Value {
         let (meta, faces) = (self.carrier.meta(), &self.carrier.graph().faces);
         json!({
@@ -276,7 +277,7 @@ impl ShapeData<'_> {
             .collect();
         let own = mesh.triangles.iter().zip(&mesh.tri_face);
         let own = own.filter(|&(_, &face)| belongs(face));
-        // The vertices of a face belong to it alone, so all corners are among them, in the same order.
+        // The vertices of a face belong only to it, so all corners are among them, in the same order.
         let place = |corner: u32| {
             vertices
                 .binary_search(&(corner as usize))
@@ -293,17 +294,17 @@ impl ShapeData<'_> {
     }
 }
 
-/// One set of feature ids: a number for each vertex.
+/// One set of feature ids: one number per vertex.
 struct FeatureSet {
     label: &'static str,
     ids: Vec<f32>,
     n_features: usize,
-    /// What stands for "none", where a vertex has none.
+    /// The number that means "none", if a vertex has no id.
     null_id: Option<usize>,
 }
 
 impl FeatureSet {
-    /// Negative ids mean none; they become the number behind the last one.
+    /// Negative ids mean "none". They become the number after the last id.
     fn new(label: &'static str, ids: impl Iterator<Item = i32>) -> Self {
         let ids: Vec<i32> = ids.collect();
         let used: BTreeSet<i32> = ids.iter().copied().filter(|&id| id >= 0).collect();
@@ -357,7 +358,7 @@ struct Buffer {
     accessors: Vec<Value>,
 }
 
-/// What the document says of the buffer.
+/// The description of the buffer in the document.
 struct BufferJson {
     views: Vec<Value>,
     accessors: Vec<Value>,
@@ -365,7 +366,7 @@ struct BufferJson {
 }
 
 impl Buffer {
-    /// Appends bytes as a view with one accessor, and gives the accessor's index.
+    /// Appends bytes as a view with one accessor, and returns the accessor's index.
     fn push(&mut self, bytes: impl Iterator<Item = u8>, target: u32, mut accessor: Value) -> usize {
         let start = self.bytes.len();
         self.bytes.extend(bytes);
@@ -433,7 +434,7 @@ fn float_bytes(values: &[f32]) -> impl Iterator<Item = u8> {
     values.iter().flat_map(|value| value.to_le_bytes())
 }
 
-/// An opaque color as glTF multiplies it: linear, where screens and palettes are sRGB (IEC 61966-2-1).
+/// An opaque color in the linear form of glTF. Screens and palettes use sRGB (IEC 61966-2-1).
 fn linear_rgba(srgb: [u8; 3]) -> [u8; 4] {
     let [red, green, blue] = srgb.map(|channel| {
         let value = f64::from(channel) / 255.0;

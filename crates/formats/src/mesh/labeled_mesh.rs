@@ -1,14 +1,14 @@
-//! Defines the mesh that PLY and OBJ files hold: positions and, for each triangle, its part, source face and color.
+//! Defines the mesh of PLY and OBJ files: positions and, for each triangle, its part, source face and color.
 
 use partprobe_carrier::{Carrier, Point, smooth_normals, weld};
 use std::collections::BTreeMap;
 
-/// Triangles with what a mesh file says of each.
+/// Triangles with their data in a mesh file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LabeledMesh {
     /// Vertex positions, in millimeters.
     pub vertices: Vec<Point>,
-    /// Unit normals of the vertices; empty where vertices are shared between faces.
+    /// Unit normals of the vertices. They are empty if vertices are shared between faces.
     pub normals: Vec<[f32; 3]>,
     /// Vertex indices of each triangle.
     pub triangles: Vec<[u32; 3]>,
@@ -25,7 +25,7 @@ pub struct LabeledMesh {
 impl LabeledMesh {
     /// The carrier with one vertex at each position: faces are connected, and a closed solid is watertight.
     ///
-    /// `part_of_face` and `color_of_face` have an entry for each face of the carrier; what is missing is −1 or black.
+    /// `part_of_face` and `color_of_face` have one entry per face of the carrier. Missing entries are −1 or black.
     #[must_use]
     pub fn welded(carrier: &Carrier, part_of_face: &[i32], color_of_face: &[[u8; 3]]) -> Self {
         let welded = weld(carrier.mesh());
@@ -39,7 +39,7 @@ impl LabeledMesh {
         )
     }
 
-    /// The carrier as it is: each vertex belongs to one face and has a normal.
+    /// The carrier without changes: each vertex belongs to one face and has a normal.
     #[must_use]
     pub fn split_at_faces(
         carrier: &Carrier,
@@ -88,7 +88,7 @@ impl LabeledMesh {
         }
     }
 
-    /// These triangles, in their order, with only the vertices that they use; indices beyond the mesh are left out.
+    /// These triangles, in their order, with only the vertices that they use. Indices beyond the mesh are left out.
     #[must_use]
     pub fn subset(&self, triangles: &[usize]) -> Self {
         let mut kept = Self::default();

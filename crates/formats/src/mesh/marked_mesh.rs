@@ -1,8 +1,8 @@
-//! Holds a mesh with everything in its file that may say which part a triangle belongs to.
+//! Defines a mesh with all data of its file that may be labels of parts.
 
 use partprobe_carrier::{Mesh, Point};
 
-/// A mesh, and what its file says of its triangles and vertices.
+/// A mesh, and the marks of its triangles and vertices.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MarkedMesh {
     /// The triangles, in the order of the file. Polygons are divided into fans.
@@ -11,29 +11,29 @@ pub struct MarkedMesh {
     pub marks: Vec<Mark>,
 }
 
-/// Points without faces, and what their file says of them.
+/// Points without faces, and their marks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MarkedPoints {
     /// The positions, in the order of the file.
     pub points: Vec<Point>,
-    /// A normal for each point; empty if the file has none.
+    /// One normal per point. It is empty if the file has none.
     pub normals: Vec<[f32; 3]>,
     /// Properties and colors, all of them of [`Marked::Vertices`].
     pub marks: Vec<Mark>,
 }
 
-/// One thing that a file says of each triangle or of each vertex.
+/// A mark: data of a file with one value per triangle or per vertex.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mark {
     /// The name of a property, `color`, or the kind of a group: `object`, `group`, `material`, `node` or `primitive`.
     pub name: String,
-    /// What has the values.
+    /// The elements that have the values.
     pub of: Marked,
     /// One value per triangle or per vertex.
     pub values: MarkValues,
 }
 
-/// What a mark belongs to.
+/// The elements to which a mark belongs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Marked {
     /// The triangles of the mesh.
@@ -45,7 +45,7 @@ pub enum Marked {
 /// The values of a mark, in the order of the triangles or vertices.
 #[derive(Clone, Debug, PartialEq)]
 pub enum MarkValues {
-    /// Numbers, as a property states them.
+    /// Numbers of a property.
     Numbers(Vec<f64>),
     /// Red, green and blue, each from 0 to 65535.
     Colors(Vec<[u16; 3]>),
@@ -61,7 +61,7 @@ pub(crate) fn channel_of_byte(value: u8) -> u16 {
     u16::from(value) * 257
 }
 
-/// A channel from a fraction; values outside of 0 to 1 are cut.
+/// A channel from a fraction. Values outside of 0 to 1 are clamped.
 pub(crate) fn channel_of_fraction(value: f64) -> u16 {
     (value * FULL).round().clamp(0.0, FULL) as u16
 }

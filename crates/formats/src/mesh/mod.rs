@@ -1,7 +1,7 @@
 //! Reads foreign mesh files, and writes labeled meshes.
 //!
-//! [`foreign`] is what all readers share, [`labeled_mesh`] is what the writers of OBJ and PLY get, and [`marked_mesh`] is
-//! what the readers of labeled meshes return.
+//! All readers use [`foreign`]. The writers of OBJ and PLY take a [`labeled_mesh`], and the readers of labeled meshes return a
+//! [`marked_mesh`].
 
 pub(crate) mod foreign;
 pub(crate) mod glb;

@@ -3,10 +3,10 @@
 use crate::mesh::foreign::{MeshFileError, bad_line, mesh_of, numbers, point};
 use partprobe_carrier::{Mesh, Point};
 
-/// The mesh of an OFF file (also COFF and NOFF, of which positions alone are taken).
+/// The mesh of an OFF file (also COFF and NOFF, of which only positions are used).
 ///
 /// # Errors
-/// If the file is no OFF file, a line cannot be read, lines are missing, or there is no face.
+/// If the file is not an OFF file, a line cannot be read, lines are missing, or there is no face.
 pub fn mesh_from_off(bytes: &[u8]) -> Result<Mesh, MeshFileError> {
     let text = String::from_utf8_lossy(bytes);
     let mut lines = (1..)
@@ -28,7 +28,7 @@ pub fn mesh_from_off(bytes: &[u8]) -> Result<Mesh, MeshFileError> {
 /// The number of a line, and its text without comments.
 type Line<'t> = (usize, &'t str);
 
-/// How many vertices and faces there are, behind the keyword.
+/// The numbers of vertices and faces, which follow the keyword.
 fn counts<'t>(lines: &mut impl Iterator<Item = Line<'t>>) -> Result<[usize; 2], MeshFileError> {
     let (line, first) = lines.next().ok_or(MeshFileError::Truncated)?;
     let keyword = first
@@ -38,7 +38,7 @@ fn counts<'t>(lines: &mut impl Iterator<Item = Line<'t>>) -> Result<[usize; 2], 
     if kind.len() > "STCNOFF".len() {
         return Err(MeshFileError::Kind("an OFF file"));
     }
-    // Some programs write the counts behind the keyword.
+    // Some programs write the counts on the line of the keyword.
     let counts = if rest.trim().is_empty() {
         lines.next().ok_or(MeshFileError::Truncated)?
     } else {
@@ -56,7 +56,7 @@ fn vertex(line: Line<'_>) -> Result<Point, MeshFileError> {
     point(&values).ok_or_else(|| bad_line(line.0, line.1))
 }
 
-/// The corners of a face; colors may follow them.
+/// The corners of a face. Colors may follow them.
 fn polygon(line: Line<'_>) -> Result<Vec<i64>, MeshFileError> {
     let mut words = line.1.split_ascii_whitespace();
     let count: Vec<usize> = numbers(words.by_ref().take(1), line)?;

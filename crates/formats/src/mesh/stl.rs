@@ -1,4 +1,4 @@
-//! Reads STL, binary and text. Normals are not read, because they follow from the order of the corners.
+//! Reads STL, binary and text. Normals are not read, because the order of the corners determines them.
 
 use crate::mesh::foreign::{MeshFileError, bad_line, mesh_of, numbers, point};
 use partprobe_carrier::{Mesh, Point};
@@ -6,7 +6,7 @@ use partprobe_carrier::{Mesh, Point};
 const HEADER_BYTES: usize = 80;
 const TRIANGLE_BYTES: usize = 50;
 
-/// The mesh of an STL file; each triangle has corners of its own.
+/// The mesh of an STL file. Each triangle has its own corners.
 ///
 /// # Errors
 /// If the file ends too early, a line cannot be read, or there is no triangle.
@@ -24,7 +24,7 @@ pub fn mesh_from_stl(bytes: &[u8]) -> Result<Mesh, MeshFileError> {
     mesh_of(vertices, &polygons)
 }
 
-/// The triangles of a binary file: its length is what its count says, which a text can hardly be.
+/// The triangles of a binary file. Its length must fit its count, which is very unlikely for a text.
 fn binary_body(bytes: &[u8]) -> Option<&[u8]> {
     let count = bytes.get(HEADER_BYTES..)?.first_chunk::<4>()?;
     let body = &bytes[HEADER_BYTES + 4..];

@@ -1,4 +1,4 @@
-//! Holds arrays as NumPy knows them: a shape and row-major values of one type.
+//! Defines arrays like those of NumPy: a shape and row-major values of one type.
 
 use crate::numpy::half::Half;
 
@@ -23,13 +23,13 @@ pub enum Values {
     U64(Vec<u64>),
     /// `bool`.
     Bool(Vec<bool>),
-    /// Unicode text; NumPy drops trailing zero characters, and so does a round trip through a file.
+    /// Unicode text. NumPy drops trailing zero characters, so a round trip through a file also drops them.
     Text(Vec<String>),
 }
 
 /// A row-major array.
 ///
-/// Invariant: there are as many values as the product of the shape says; an empty shape is a scalar.
+/// Invariant: the number of values is the product of the shape. An empty shape is a scalar.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Array {
     shape: Vec<usize>,
@@ -38,7 +38,7 @@ pub struct Array {
 
 /// A type whose values an [`Array`] can hold.
 pub trait Element: Sized + Clone {
-    /// The name that NumPy gives the type.
+    /// The name of the type in NumPy.
     const NAME: &'static str;
 
     /// Wraps values of this type.
@@ -66,7 +66,7 @@ macro_rules! elements {
         })*
 
         impl Values {
-            /// How many values there are.
+            /// The number of values.
             #[must_use]
             pub fn len(&self) -> usize {
                 match self {
@@ -74,7 +74,7 @@ macro_rules! elements {
                 }
             }
 
-            /// The name that NumPy gives the type.
+            /// The name of the type in NumPy.
             #[must_use]
             pub fn type_name(&self) -> &'static str {
                 match self {
@@ -125,7 +125,7 @@ impl Array {
         }
     }
 
-    /// Two dimensions: one row an entry.
+    /// Two dimensions: one row per entry.
     #[must_use]
     pub fn rows<T: Element + Copy, const N: usize>(rows: &[[T; N]]) -> Self {
         Self {
@@ -134,7 +134,7 @@ impl Array {
         }
     }
 
-    /// Three dimensions: one block an entry.
+    /// Three dimensions: one block per entry.
     #[must_use]
     pub fn blocks<T: Element + Copy, const M: usize, const N: usize>(
         blocks: &[[[T; N]; M]],
@@ -146,7 +146,7 @@ impl Array {
         }
     }
 
-    /// Takes values with a shape; `None` if the shape asks for another number of them.
+    /// Makes an array of values with a shape. Returns `None` if the shape does not fit the number of values.
     #[must_use]
     pub fn with_shape(shape: Vec<usize>, values: Values) -> Option<Self> {
         let count = shape
@@ -167,7 +167,7 @@ impl Array {
         &self.values
     }
 
-    /// Gives the values away.
+    /// Returns the values and consumes the array.
     #[must_use]
     pub fn into_values(self) -> Values {
         self.values

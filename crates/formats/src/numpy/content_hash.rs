@@ -1,7 +1,7 @@
-//! Hashes what an archive of arrays holds: its members' names and bytes go in, one number comes out.
+//! Hashes the content of an archive of arrays: the names and bytes of its members go in, and one number comes out.
 //!
-//! The order, the dates and the compression of the members do not reach the hash. It notices accidents and mix-ups; it
-//! is no protection against somebody who forges a file on purpose.
+//! The hash does not depend on the order, the dates and the compression of the members. It detects accidents and mix-ups, but it
+//! does not protect against intentional forgery.
 
 use partprobe_carrier::Mesh;
 use std::collections::BTreeMap;
@@ -16,12 +16,12 @@ pub(crate) const HASH_MEMBER: &str = "content_hash";
 pub struct ContentHash(u128);
 
 impl ContentHash {
-    /// The bytes, the highest first: their hexadecimal digits are those that are shown.
+    /// The bytes, the highest first. Their hexadecimal digits are the shown ones.
     pub(crate) fn to_bytes(self) -> [u8; 16] {
         self.0.to_be_bytes()
     }
 
-    /// The hash in the bytes of its member; `None` if they are not 16.
+    /// The hash in the bytes of its member. Returns `None` if there are not 16 bytes.
     pub(crate) fn from_bytes(bytes: &[u8]) -> Option<Self> {
         Some(Self(u128::from_be_bytes(bytes.try_into().ok()?)))
     }
@@ -40,7 +40,7 @@ pub(crate) struct ContentHasher {
 }
 
 impl ContentHasher {
-    /// Adds a member with the bytes of its NPY file; the hash's own member does not count.
+    /// Adds a member with the bytes of its NPY file. The member of the hash itself does not count.
     pub(crate) fn add(&mut self, name: &str, bytes: &[u8]) {
         if name != HASH_MEMBER {
             self.members.insert(name.to_owned(), xxh3_128(bytes));
@@ -59,7 +59,7 @@ impl ContentHasher {
     }
 }
 
-/// A hash of the mesh alone: shapes with equal hashes have the same vertices and triangles, also under different names.
+/// A hash of only the mesh: shapes with equal hashes have the same vertices and triangles, even if their names differ.
 #[must_use]
 pub fn mesh_hash(mesh: &Mesh) -> ContentHash {
     let mut all = Xxh3::new();

@@ -1,12 +1,11 @@
-//! Converts numbers of 16 bits, as NumPy's `float16` holds them: half the bytes for embeddings, whose entries lie in
-//! −1..=1.
+//! Converts numbers of 16 bits, NumPy's `float16`. They halve the bytes of embeddings, whose entries are in −1..=1.
 
-/// A number of IEEE 754's binary16, by its bits.
+/// A number of IEEE 754's binary16, given by its bits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Half(pub u16);
 
 impl Half {
-    /// The nearest half, of two equally near ones the even one; what is too large becomes infinite.
+    /// The nearest half. Of two equally near ones, it is the even one. Numbers that are too large become infinite.
     #[must_use]
     pub fn from_f32(x: f32) -> Self {
         /// 2⁻¹⁴, below which halves have fewer bits.
@@ -20,10 +19,10 @@ impl Half {
         } else if x.abs() >= 65_536.0 {
             0x7c00
         } else if x.abs() < SMALLEST_NORMAL {
-            // Scaling by a power of two is exact, so that there is one rounding; it may reach the smallest normal half.
+            // Scaling by a power of two is exact, so there is only one rounding. The result may be the smallest normal half.
             (x.abs() * (1u32 << 24) as f32).round_ties_even() as u16
         } else {
-            // Thirteen bits go; a carry moves into the exponent, as it must.
+            // Thirteen bits are dropped. A carry correctly moves into the exponent.
             let is_odd = bits >> 13 & 1;
             (((bits + 0xfff + is_odd) >> 13) - REBIAS) as u16
         };

@@ -26,7 +26,7 @@ pub enum MemberError {
         /// The type that is needed.
         expected: &'static str,
     },
-    /// The shape is another.
+    /// The array has another shape.
     #[error("member `{name}` has shape {found:?}, {expected} is needed")]
     Shape {
         /// The member.
@@ -39,7 +39,7 @@ pub enum MemberError {
 }
 
 impl Members {
-    /// Adds an array; says no, and changes nothing, if the name is taken.
+    /// Adds an array. Returns `false` and changes nothing if the name already exists.
     pub(crate) fn insert(&mut self, name: String, array: Array) -> bool {
         let is_new = !self.arrays.contains_key(&name);
         if is_new {

@@ -1,7 +1,7 @@
-//! Reads and writes NumPy's files: arrays (`.npy`) and archives of named arrays (`.npz`), and a hash of what an archive
-//! holds.
+//! Reads and writes NumPy's files: arrays (`.npy`) and archives of named arrays (`.npz`), and a hash of the content of an
+//! archive.
 //!
-//! Bytes go in and [`array::Array`]s come out, and back. Nothing here knows what an array means.
+//! Bytes go in and [`array::Array`]s come out, and back. This module does not interpret the arrays.
 
 pub(crate) mod array;
 pub(crate) mod content_hash;

@@ -46,7 +46,7 @@ pub fn array_from_npy(bytes: &[u8]) -> Result<Array, NpyError> {
     })
 }
 
-/// All values that the bytes hold; an incomplete last one is left out, so that the count no longer fits the shape.
+/// All values in the bytes. An incomplete last value is left out, so the count does not fit the shape then.
 fn values_from(descr: &str, bytes: &[u8]) -> Result<Values, NpyError> {
     Ok(match descr {
         "<f2" => Values::F16(chunks(bytes, |half| Half(u16::from_le_bytes(half)))?),

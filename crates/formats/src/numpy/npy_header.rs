@@ -5,7 +5,7 @@ const MAGIC: &[u8] = b"\x93NUMPY";
 /// NumPy aligns the first value to this many bytes.
 const ALIGNMENT: usize = 64;
 
-/// Why bytes are not an array that partprobe reads.
+/// The reason why bytes are not an array that partprobe reads.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum NpyError {
@@ -39,9 +39,9 @@ pub enum NpyError {
     Size {
         /// NumPy's type code.
         descr: String,
-        /// The shape that the header claims.
+        /// The shape in the header.
         shape: Vec<usize>,
-        /// The bytes behind the header.
+        /// The number of bytes after the header.
         n_bytes: usize,
     },
     /// A text value is not Unicode.
@@ -49,7 +49,7 @@ pub enum NpyError {
     Text(u32),
 }
 
-/// What a header says of the values behind it.
+/// The data of a header: the type and the shape of the values after it.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Header {
     /// NumPy's type code, for example `<f8`.
@@ -58,7 +58,7 @@ pub(crate) struct Header {
     pub(crate) shape: Vec<usize>,
 }
 
-/// The bytes of a version 1.0 header (2.0 where the dictionary is too long for it).
+/// The bytes of a version 1.0 header, or 2.0 if the dictionary is too long.
 pub(crate) fn header_bytes(descr: &str, shape: &[usize]) -> Vec<u8> {
     let sides: Vec<String> = shape.iter().map(usize::to_string).collect();
     let tuple = if let [side] = sides.as_slice() {
@@ -127,7 +127,7 @@ fn parse(dictionary: &str) -> Result<Header, NpyError> {
     })
 }
 
-/// The text behind `'key':`.
+/// The text after `'key':`.
 fn value_of<'a>(dictionary: &'a str, key: &str) -> Option<&'a str> {
     let at = [format!("'{key}'"), format!("\"{key}\"")]
         .iter()

@@ -1,4 +1,4 @@
-//! Reads and writes NPZ: named arrays in a zip archive, as `numpy.load` opens it.
+//! Reads and writes NPZ: named arrays in a zip archive that `numpy.load` can open.
 
 use crate::format_version::FORMAT_VERSION;
 use crate::numpy::array::{Array, Values};
@@ -10,29 +10,29 @@ use std::io::{Cursor, Read, Write};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipArchive, ZipWriter};
 
-/// The member that carries the version of the format.
+/// The member with the version of the format.
 const VERSION_MEMBER: &str = "format_version";
-/// All members of an archive together unpack to no more than this many bytes.
+/// The largest number of bytes to which all members of an archive together may unpack.
 const MAX_UNPACKED_BYTES: u64 = 1 << 32;
 
-/// How members of an archive are stored.
+/// The compression of the members of an archive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Compression {
-    /// As they are: fast, and NumPy can map them.
+    /// Not compressed: fast, and NumPy can map them into memory.
     Stored,
     /// Deflated: about a third of the bytes.
     Deflated,
 }
 
-/// Why bytes are not an archive of arrays.
+/// The reason why bytes are not an archive of arrays.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum NpzError {
     /// The archive cannot be opened, or a member cannot be unpacked.
     #[error("not a readable NPZ archive: {0}")]
     Archive(String),
-    /// The members unpack to more than any file of ours.
+    /// The members unpack to more bytes than any file of partprobe.
     #[error("the archive unpacks to more than {MAX_UNPACKED_BYTES} bytes; it is refused as a bomb")]
     TooLarge,
     /// A member is not an array.
@@ -40,10 +40,10 @@ pub enum NpzError {
     Member {
         /// The member's name, without `.npy`.
         name: String,
-        /// What is wrong with it.
+        /// The error.
         problem: NpyError,
     },
-    /// Two members have one name.
+    /// Two members have the same name.
     #[error("member `{0}` is there twice")]
     Twice(String),
     /// A member was changed after the file was written.
@@ -51,19 +51,19 @@ pub enum NpzError {
         "the file was changed after it was written: its members have the hash {found}, not {stored}; make it again"
     )]
     Changed {
-        /// The hash of the members that are there.
+        /// The hash of the present members.
         found: ContentHash,
-        /// The hash that the file says it has.
+        /// The hash that is stored in the file.
         stored: ContentHash,
     },
-    /// A later partprobe wrote the file.
+    /// A newer version of partprobe wrote the file.
     #[error(
         "format version {0} is newer than this program, which reads up to {FORMAT_VERSION}; update partprobe"
     )]
     Version(u32),
 }
 
-/// Why arrays make no archive: names that are used twice, or members above the limits of zip.
+/// The reason why arrays cannot be written as an archive: names that are used twice, or members above the limits of zip.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the archive can't be written: {0}")]
 pub struct NpzWriteError(String);
@@ -80,12 +80,12 @@ impl From<std::io::Error> for NpzWriteError {
     }
 }
 
-/// The bytes of an archive with these members, in their order, behind a member `format_version`.
+/// The bytes of an archive with these members, in their order, after a member `format_version`.
 ///
 /// Every member has the date 1 January 1980, so equal arrays give equal bytes.
 ///
 /// # Errors
-/// If two members have one name, or the archive would pass the limits of zip.
+/// If two members have the same name, or the archive would pass the limits of zip.
 pub fn arrays_to_npz<N: AsRef<str>>(
     members: &[(N, Array)],
     compression: Compression,
@@ -97,7 +97,7 @@ pub fn arrays_to_npz<N: AsRef<str>>(
     archive.finish()
 }
 
-/// An archive that grows member by member, so that an array may be dropped before the next one is made.
+/// An archive that is written member by member, so that an array can be dropped before the next one is made.
 pub(crate) struct NpzWriter {
     archive: ZipWriter<Cursor<Vec<u8>>>,
     options: SimpleFileOptions,
@@ -105,7 +105,7 @@ pub(crate) struct NpzWriter {
 }
 
 impl NpzWriter {
-    /// An archive that holds its format's version.
+    /// An archive with the version of its format.
     pub(crate) fn new(compression: Compression) -> Result<Self, NpzWriteError> {
         let method = match compression {
             Compression::Stored => CompressionMethod::Stored,
@@ -148,16 +148,16 @@ impl NpzWriter {
 
 /// The arrays of an archive, by name.
 ///
-/// Archives of other programs carry no `format_version` and are read all the same.
+/// Archives of other programs have no `format_version`, but they are also read.
 ///
 /// # Errors
-/// If the archive or a member is damaged, a member is not an array, the archive holds a hash of other members than these,
-/// or the version is newer than this program.
+/// If the archive or a member is damaged, a member is not an array, the hash in the archive differs from that of its members, or
+/// the version is newer than this program.
 pub fn arrays_from_npz(bytes: &[u8]) -> Result<Members, NpzError> {
     hashed_arrays_from_npz(bytes).map(|(members, _)| members)
 }
 
-/// The same, with the hash of what the archive holds.
+/// The same, with the hash of the members.
 pub(crate) fn hashed_arrays_from_npz(bytes: &[u8]) -> Result<(Members, ContentHash), NpzError> {
     let mut hasher = ContentHasher::default();
     let mut archive = ZipArchive::new(Cursor::new(bytes)).map_err(archive_error)?;
@@ -170,7 +170,7 @@ pub(crate) fn hashed_arrays_from_npz(bytes: &[u8]) -> Result<(Members, ContentHa
             .map_err(archive_error)?
             .trim_end_matches(".npy")
             .to_owned();
-        // The declared size is not believed: reading ends at the budget in any case.
+        // The declared size is not trusted. Reading always ends at the budget.
         let mut unpacked = Vec::new();
         let n_read = file
             .by_ref()
@@ -205,7 +205,7 @@ pub(crate) fn hashed_arrays_from_npz(bytes: &[u8]) -> Result<(Members, ContentHa
     }
 }
 
-/// Compares the hash of the members with the one that stands among them, if one does.
+/// Compares the hash of the members with the stored hash, if there is one.
 fn ensure_unchanged(members: &Members, found: ContentHash) -> Result<(), NpzError> {
     let Some(Values::U8(bytes)) = members.array(HASH_MEMBER).map(Array::values) else {
         return Ok(());

@@ -1,4 +1,4 @@
-//! Defines the map of an export for PartField: which of its names is which shape, and where the shape was.
+//! Defines the map of an export for PartField: the shape of each name, and the original pose of the shape.
 
 use crate::format_version::FORMAT_VERSION;
 use partprobe_carrier::Point;
@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 /// The name of the file with the map.
 pub const PARTFIELD_MAP_FILE: &str = "map.json";
 
-/// Leads from the names in PartField's results to shapes.
+/// Maps the names in PartField's results to shapes.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub struct PartFieldMap {
     /// The version of the file format.
@@ -26,13 +26,13 @@ pub struct PartFieldMap {
 pub struct PartFieldShape {
     /// The id of the shape.
     pub id: String,
-    /// The file that it was read from.
+    /// The file from which it was read.
     pub source: String,
     /// Its mesh, relative to the map.
     pub mesh: String,
-    /// An NPY file relative to the map: for each triangle of the mesh, the triangle of the carrier that it lies in.
+    /// An NPY file relative to the map: for each triangle of the mesh, the triangle of the carrier that contains it.
     pub parents: String,
-    /// How many triangles the mesh has.
+    /// The number of triangles of the mesh.
     pub n_triangles: usize,
     /// PartField's position is (position − `center`) · `scale`.
     pub center: Point,
@@ -71,7 +71,7 @@ impl PartFieldMap {
     /// Reads the JSON of a map.
     ///
     /// # Errors
-    /// If it is not one, or one of a newer version.
+    /// If it is not a map, or has a newer version.
     pub fn from_json(bytes: &[u8]) -> Result<Self, PartFieldMapError> {
         let map: Self = serde_json::from_slice(bytes)
             .map_err(|error| PartFieldMapError::Content(error.to_string()))?;

@@ -1,50 +1,50 @@
-//! Makes the mesh of a shape as PartField takes it: welded, in small triangles, as one OBJ without groups or materials.
+//! Makes the mesh of a shape for PartField: welded, with small triangles, as one OBJ without groups or materials.
 //!
-//! PartField gives each triangle one label, so that the two triangles of a large plane face could not be divided. It also
-//! needs more triangles than clusters. Both follow from an upper limit for edges.
+//! PartField gives each triangle one label, so a large plane face of two triangles could not be divided. PartField also needs
+//! more triangles than clusters. An upper limit for edges solves both problems.
 
 use crate::mesh::labeled_mesh::LabeledMesh;
 use crate::mesh::obj::write::mesh_to_obj;
 use partprobe_carrier::{Mesh, Point, bounding_box, refine, refined_triangle_counts, weld};
 
-/// Fewer triangles cannot be joined into 20 clusters: the clustering script stops with an error.
+/// The smallest number of triangles. With fewer triangles, the clustering script cannot make 20 clusters and stops with an error.
 const MIN_TRIANGLES: usize = 21;
 
-/// PartField's cube reaches from −0.9 to 0.9 along the longest axis.
+/// The width of PartField's cube, which extends from −0.9 to 0.9 along the longest axis.
 const CUBE_WIDTH: f64 = 1.8;
 
-/// How fine a mesh must be, and how large it may become.
+/// The limits for the edges and for the size of a mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PartFieldLimits {
-    /// The longest edge, as a fraction of the diagonal of the bounding box; positive.
+    /// The longest edge, as a fraction of the diagonal of the bounding box. It must be positive.
     pub max_edge: f64,
     /// The largest number of triangles.
     pub max_triangles: u32,
 }
 
-/// A mesh for PartField, and where it comes from.
+/// A mesh for PartField, with its relation to the original mesh.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PartFieldMesh {
     /// One vertex at each position, in millimeters. Each one is a corner of a triangle.
     pub vertices: Vec<Point>,
     /// Vertex indices of each triangle.
     pub triangles: Vec<[u32; 3]>,
-    /// The triangle of the original mesh that each triangle lies in.
+    /// The triangle of the original mesh that contains each triangle.
     pub parent: Vec<u32>,
     /// The center of the bounding box, which PartField moves to 0.
     pub center: Point,
-    /// What PartField multiplies positions by after the move.
+    /// The factor by which PartField multiplies positions after the translation.
     pub scale: f64,
 }
 
-/// Why PartField cannot take a shape.
+/// The reason why PartField cannot use a shape.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PartFieldRefusal {
     /// There are no triangles.
     #[error("it has no triangles")]
     NoTriangles,
-    /// All vertices are at one position, or one is nowhere.
+    /// All vertices are at the same position, or one has no finite position.
     #[error("it has no extent, so that PartField cannot scale it")]
     NoExtent,
     /// There are fewer triangles than clusters.
@@ -52,7 +52,7 @@ pub enum PartFieldRefusal {
         "it has {found} triangles, and PartField needs at least {MIN_TRIANGLES}; use a smaller --max-edge"
     )]
     TooFew {
-        /// How many there are.
+        /// The number of triangles.
         found: usize,
     },
     /// There are more triangles than allowed.
@@ -60,9 +60,9 @@ pub enum PartFieldRefusal {
         "it has more than {most} triangles if no edge is longer than {max_edge_mm:.3} mm; raise --max-edge or --max-triangles"
     )]
     TooMany {
-        /// The largest number that is allowed.
+        /// The largest allowed number.
         most: u32,
-        /// The longest edge that is allowed.
+        /// The longest allowed edge.
         max_edge_mm: f64,
     },
 }
@@ -71,7 +71,7 @@ impl PartFieldMesh {
     /// The mesh of a carrier in smaller triangles.
     ///
     /// # Errors
-    /// If PartField cannot take the shape, or the mesh becomes too large.
+    /// If PartField cannot use the shape, or the mesh becomes too large.
     pub fn new(mesh: &Mesh, limits: &PartFieldLimits) -> Result<Self, PartFieldRefusal> {
         if mesh.triangles.is_empty() {
             return Err(PartFieldRefusal::NoTriangles);
@@ -117,7 +117,7 @@ impl PartFieldMesh {
     }
 }
 
-/// How many triangles a refined mesh has; counting stops after `most`.
+/// The number of triangles of a refined mesh. Counting stops after `most`.
 fn n_refined(mesh: &Mesh, max_edge_mm: f64, most: u32) -> u32 {
     let n_faces = mesh
         .tri_face
@@ -146,7 +146,7 @@ fn without_unused(vertices: &[Point], triangles: &[[u32; 3]]) -> (Vec<Point>, Ve
     (used, triangles)
 }
 
-/// The move and the scale of PartField's `dataloader.py`.
+/// The translation and the scale of PartField's `dataloader.py`.
 fn pose(vertices: &[Point]) -> Option<(Point, f64)> {
     let [low, high] = bounding_box(vertices)?;
     let center = std::array::from_fn(|axis| 0.5 * (low[axis] + high[axis]));
@@ -219,7 +219,7 @@ mod tests {
         mesh.vertices = mesh.vertices.iter().copied().chain(far).collect();
         mesh.vertex_face.extend(mesh.vertex_face.clone());
         mesh.vertex_normal.clear();
-        // The diagonal is longer, and the edges may be too.
+        // The diagonal is longer, so the edges may also be longer.
         let limits = PartFieldLimits {
             max_edge: LIMITS.max_edge * three_squares().mesh().diagonal() / mesh.diagonal(),
             ..LIMITS

@@ -1,4 +1,4 @@
-//! Makes the meshes that PartField reads, and the map that leads from its results back to the carriers.
+//! Makes the meshes that PartField reads, and the map from its results back to the carriers.
 
 pub(crate) mod map;
 pub(crate) mod mesh;

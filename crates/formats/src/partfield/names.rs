@@ -1,22 +1,22 @@
-//! Chooses names that PartField's scripts keep: without `.` and `_`, which they cut names at.
+//! Chooses names that PartField's scripts do not change: without `.` and `_`, at which the scripts cut names.
 
 use partprobe_carrier::sha256_hex;
 use std::collections::BTreeMap;
 
-/// Names that the inference script passes over.
+/// Names that the inference script skips.
 const PASSED_OVER: [&str; 2] = ["car", "complex-car"];
 
 /// Longer names are cut, so that `part_feat_<uid>_0_batch.npy` is a file name on any system.
 const MAX_CHARS: usize = 120;
 
-/// How many digits of a hash tell equal names apart.
+/// The number of hash digits that distinguish equal names.
 const HASH_DIGITS: usize = 8;
 
 /// The name of each shape in PartField's files, in the order of the ids.
 ///
-/// A name consists of ASCII letters, digits and `-`. It is the id itself if that is possible. If two ids give the same
-/// name, in upper or lower case, or the name is one that PartField passes over, digits of the id's hash are appended. A
-/// name does not depend on the order of the ids.
+/// A name consists of ASCII letters, digits and `-`. It is the id itself if that is possible. If two ids give the same name, in
+/// upper or lower case, or the name is one that PartField skips, digits of the id's hash are appended. A name does not depend on
+/// the order of the ids.
 #[must_use]
 pub fn partfield_names(ids: &[&str]) -> Vec<String> {
     let names: Vec<String> = ids.iter().map(|id| plain_name(id)).collect();
@@ -40,7 +40,7 @@ pub fn partfield_names(ids: &[&str]) -> Vec<String> {
     names.into_iter().zip(ids).map(unique).collect()
 }
 
-/// The id with one `-` for each run of characters that a name cannot have.
+/// The id with one `-` instead of each sequence of characters that a name cannot have.
 fn plain_name(id: &str) -> String {
     let words = id.split(|c: char| !c.is_ascii_alphanumeric() && c != '-');
     words

@@ -1,4 +1,4 @@
-//! Finds what is wrong with the folder of one shape, before a trainer does much later.
+//! Finds the problems of the folder of one shape, before a training fails.
 
 use crate::numpy::array::{Array, Values};
 use crate::numpy::npy::array_from_npy;
@@ -9,11 +9,11 @@ use std::collections::{BTreeMap, BTreeSet};
 /// Lengths of normals that differ from 1 by more than this are not due to rounding.
 const UNIT_TOLERANCE: f64 = 1e-3;
 
-/// Something that a trainer would stumble over, or learn wrongly from.
+/// A problem that would stop a training or make its result wrong.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PointceptProblem {
-    /// A file is not there.
+    /// A file is missing.
     #[error("{0} is missing")]
     Missing(&'static str),
     /// A file is not an array.
@@ -21,7 +21,7 @@ pub enum PointceptProblem {
     Unreadable {
         /// The file.
         file: &'static str,
-        /// What is wrong with it.
+        /// The error.
         problem: NpyError,
     },
     /// An array has another type or shape.
@@ -33,13 +33,13 @@ pub enum PointceptProblem {
         found: &'static str,
         /// Its shape.
         shape: Vec<usize>,
-        /// What is needed.
+        /// The needed type and shape.
         expected: &'static str,
     },
     /// There is no point.
     #[error("coord.npy has no row")]
     Empty,
-    /// A file has not one row a point.
+    /// A file does not have one row per point.
     #[error("{file} has {found} rows for {expected} points")]
     Rows {
         /// The file.
@@ -49,7 +49,7 @@ pub enum PointceptProblem {
         /// The rows of `coord.npy`.
         expected: usize,
     },
-    /// A number is infinite or none.
+    /// A number is infinite or NaN.
     #[error("{file}, row {row}: not finite")]
     NotFinite {
         /// The file.
@@ -83,7 +83,7 @@ pub enum PointceptProblem {
         /// The id.
         id: i32,
     },
-    /// An instance id is not used, though a higher one is.
+    /// An instance id is not used, but a higher one is used.
     #[error(
         "instance.npy: no point has id {missing}, but ids go up to {last}; number them 0, 1, 2 and so on"
     )]
@@ -93,7 +93,7 @@ pub enum PointceptProblem {
         /// The highest id.
         last: i32,
     },
-    /// The points of an instance have several classes, and a trainer takes the first one's.
+    /// The points of an instance have several classes, of which a trainer would use that of the first point.
     #[error(
         "instance {instance} has points of the classes {first} and {second}; an instance needs one class"
     )]
@@ -107,10 +107,10 @@ pub enum PointceptProblem {
     },
 }
 
-/// Every problem of one shape; `files` holds the bytes of the files that are there, by name.
+/// Every problem of one shape. `files` has the bytes of the existing files, by name.
 ///
-/// `n_classes` is the config's. A folder without `normal.npy` is complete for trainers that use none, so its absence
-/// is no problem; the other three are needed.
+/// `n_classes` is the number of classes in the config. A missing `normal.npy` is not a problem, because some trainers use no
+/// normals. The other three files are needed.
 #[must_use]
 pub fn check_pointcept_shape(
     files: &BTreeMap<String, Vec<u8>>,
@@ -156,7 +156,7 @@ pub fn check_pointcept_shape(
     problems
 }
 
-/// The array of a file; what is wrong with it is noted.
+/// The array of a file. Its problems are recorded.
 fn array(
     files: &BTreeMap<String, Vec<u8>>,
     file: &'static str,
@@ -222,7 +222,7 @@ fn not_unit(normals: &[[f32; 3]]) -> Option<PointceptProblem> {
             .sqrt()
     };
     let (row, length) = normals.iter().map(length).enumerate().find(|(_, length)| {
-        // A length that is not a number has been named already.
+        // A NaN length has already been reported.
         (length - 1.0).abs() > UNIT_TOLERANCE
     })?;
     Some(PointceptProblem::NotUnit { row, length })
@@ -277,7 +277,7 @@ mod tests {
     use crate::pointcept::folder::pointcept_files;
     use partprobe_carrier::PointSample;
 
-    /// The problems of a good shape in which one file is replaced, or taken away.
+    /// The problems of a good shape in which one file is replaced or removed.
     #[track_caller]
     fn check(file: &str, replacement: Option<Vec<u8>>, expected: &[PointceptProblem]) {
         let sample = PointSample {

@@ -1,4 +1,4 @@
-//! Writes a shape as Pointcept's `DefaultDataset` reads it: a folder of NPY files, one row per point.
+//! Writes a shape for Pointcept's `DefaultDataset`: a folder of NPY files with one row per point.
 
 use crate::numpy::array::Array;
 use crate::numpy::npy::array_to_npy;
@@ -9,7 +9,7 @@ pub const POINTCEPT_FILES: [&str; 4] = ["coord.npy", "normal.npy", "segment.npy"
 
 /// The bytes of each of [`POINTCEPT_FILES`]: float32 (N, 3) twice, int32 (N) twice.
 ///
-/// `segment` is the class of each point and `instance` the part that it belongs to; −1 is ignored by trainers.
+/// `segment` is the class of each point, and `instance` is its part. Trainers ignore −1.
 #[must_use]
 pub fn pointcept_files(
     sample: &PointSample,
@@ -24,9 +24,9 @@ pub fn pointcept_files(
     [(a, coord), (b, normal), (c, segment), (d, instance)]
 }
 
-/// The `data` section of a Pointcept config that trains instance segmentation on the folder the text is saved in.
+/// The `data` section of a Pointcept config that trains instance segmentation on the folder in which the text is saved.
 ///
-/// Shapes are scaled into the unit ball, since parts of 5 mm and of 5 m are in one data set.
+/// Shapes are scaled into the unit ball, because a data set may have parts of 5 mm and of 5 m.
 #[must_use]
 pub fn pointcept_config() -> String {
     let names: Vec<String> = FaceType::ALL
@@ -38,7 +38,7 @@ pub fn pointcept_config() -> String {
         .replace("N_CLASSES", &names.len().to_string())
 }
 
-/// The files of whole experiments on the folder, by name: two configs of Pointcept, and how to run them.
+/// The files of whole experiments on the folder, by name: two configs of Pointcept, and a text about running them.
 pub const POINTCEPT_EXPERIMENTS: [&str; 3] = ["insseg.py", "semseg.py", "README.md"];
 
 /// The texts of [`POINTCEPT_EXPERIMENTS`]. Each config names the evaluator and the tester that fit its model.

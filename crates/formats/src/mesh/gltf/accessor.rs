@@ -1,4 +1,4 @@
-//! Reads numbers from the buffers of a glTF file. Every count, stride and offset is compared with the bytes that are there.
+//! Reads numbers from the buffers of a glTF file. Every count, stride and offset is compared with the bytes that are present.
 
 use crate::mesh::gltf::document::{AccessorJson, BufferJson, Document};
 use crate::mesh::gltf::error::GltfError;
@@ -65,7 +65,7 @@ impl Component {
 }
 
 impl<'a> Buffers<'a> {
-    /// Finds all buffers; `read` gives the bytes of another file.
+    /// Finds all buffers. `read` gives the bytes of another file.
     ///
     /// # Errors
     /// If one cannot be read.
@@ -171,7 +171,7 @@ impl<'a> Buffers<'a> {
     }
 }
 
-/// The bytes of a buffer: those of the binary chunk, of its own address, or of another file.
+/// The bytes of a buffer: from the binary chunk, from its own address, or from another file.
 fn buffer_bytes<'a>(
     buffer: &BufferJson,
     binary: Option<&'a [u8]>,

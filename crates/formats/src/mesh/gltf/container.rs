@@ -9,7 +9,7 @@ const BINARY_CHUNK: &[u8] = b"BIN\0";
 /// The JSON, and the binary chunk if there is one.
 ///
 /// # Errors
-/// If the file is binary, and its version is not 2 or a chunk is not whole.
+/// If the file is binary, and its version is not 2 or a chunk is incomplete.
 pub(crate) fn chunks(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), GltfError> {
     if !bytes.starts_with(MAGIC) {
         return Ok((bytes, None));
@@ -28,7 +28,7 @@ pub(crate) fn chunks(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), GltfError> 
     Ok((json, Some(binary)))
 }
 
-/// The content of a chunk of this kind, and where the next one begins.
+/// The content of a chunk of this kind, and the position of the next one.
 fn chunk<'a>(bytes: &'a [u8], at: usize, kind: &[u8]) -> Option<(&'a [u8], usize)> {
     let length = word(bytes, at)? as usize;
     let start = at + 8;

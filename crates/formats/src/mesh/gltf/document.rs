@@ -1,4 +1,4 @@
-//! Describes what the JSON of a glTF file may say of its scene. What partprobe does not use is left out.
+//! Defines the part of the JSON of a glTF file that partprobe uses.
 
 use crate::mesh::gltf::error::GltfError;
 use serde::Deserialize;
@@ -83,7 +83,7 @@ struct MeshFeatures {
     feature_ids: Vec<FeatureIds>,
 }
 
-/// What `EXT_mesh_features` says of the attribute `_FEATURE_ID_<attribute>`.
+/// The description of the attribute `_FEATURE_ID_<attribute>` by `EXT_mesh_features`.
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(crate) struct FeatureIds {
@@ -146,7 +146,7 @@ impl Document {
         }
     }
 
-    /// The nodes that the scene begins with; without a scene, those that are no node's children.
+    /// The root nodes of the scene. Without a scene, they are the nodes that are not children of other nodes.
     ///
     /// # Errors
     /// If the scene does not exist.
@@ -173,7 +173,7 @@ impl Document {
 }
 
 impl Primitive {
-    /// What the extension says of the attribute of this name.
+    /// The extension's description of the attribute with this name.
     pub(crate) fn feature_ids(&self, attribute: &str) -> Option<&FeatureIds> {
         let number: u32 = attribute.strip_prefix("_FEATURE_ID_")?.parse().ok()?;
         let features = self.extensions.mesh_features.as_ref()?;

@@ -1,8 +1,8 @@
-//! Says why bytes are not a glTF file that partprobe reads.
+//! Defines the reasons why bytes are not a glTF file that partprobe reads.
 
 use crate::mesh::foreign::MeshFileError;
 
-/// Why bytes are not a glTF file that partprobe reads.
+/// The reason why bytes are not a glTF file that partprobe reads.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum GltfError {
@@ -20,10 +20,10 @@ pub enum GltfError {
         "the extension {0} is not read; export the file without it, for example without compression"
     )]
     Extension(String),
-    /// An index leads nowhere.
+    /// The element with this index does not exist.
     #[error("{what} {index} does not exist")]
     Missing {
-        /// What is named, for example `node`.
+        /// The kind of element, for example `node`.
         what: &'static str,
         /// Its index.
         index: usize,
@@ -36,7 +36,7 @@ pub enum GltfError {
     Accessor {
         /// Its index.
         index: usize,
-        /// What does not fit.
+        /// A description of the problem.
         reason: &'static str,
     },
     /// A buffer cannot be read.
@@ -44,18 +44,18 @@ pub enum GltfError {
     Buffer {
         /// Its index.
         index: usize,
-        /// What is wrong with it.
+        /// A description of the problem.
         reason: String,
     },
-    /// A primitive is not like any in the specification.
+    /// A primitive is not valid according to the specification.
     #[error("mesh {mesh}: {reason}")]
     Primitive {
         /// The index of the mesh.
         mesh: usize,
-        /// What does not fit.
+        /// A description of the problem.
         reason: &'static str,
     },
-    /// More than this reader takes into memory.
+    /// The scene is larger than this reader accepts.
     #[error("the scene has more than {0} vertices or triangles; export one shape per file")]
     TooLarge(usize),
     /// The surface itself is damaged, or there is none.

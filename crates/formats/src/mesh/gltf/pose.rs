@@ -1,9 +1,9 @@
-//! Computes where a node puts its mesh, by affine maps as glTF states them.
+//! Computes the poses of meshes from the affine maps of glTF nodes.
 
 use crate::mesh::gltf::document::Node;
 use partprobe_carrier::{Point, rotation_of_quaternion};
 
-/// A linear map, row by row, and a translation behind it.
+/// A linear map, row by row, and a translation after it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Pose {
     linear: [[f64; 3]; 3],
@@ -16,7 +16,7 @@ impl Pose {
         translation: [0.0; 3],
     };
 
-    /// The pose of a node against its parent.
+    /// The pose of a node relative to its parent.
     pub(crate) fn of_node(node: &Node) -> Self {
         if let Some(matrix) = &node.matrix {
             let cell = |row: usize, column: usize| matrix[4 * column + row];

@@ -12,15 +12,15 @@ use crate::mesh::marked_mesh::{
 use partprobe_carrier::Point;
 use std::collections::BTreeMap;
 
-/// A scene may use one mesh many times, so that a small file describes a large one.
+/// The largest number of vertices or triangles. A limit is needed because a small file can use one mesh many times.
 const MAX_ITEMS: usize = 1 << 25;
 
 /// The surface of a glTF scene, with marks of its triangles and vertices.
 ///
-/// The triangles follow the nodes of the scene, depth first, and in each node the primitives of its mesh. Positions are those
-/// of the file after the poses of the nodes: glTF demands meters with y up, but many programs do not follow this. The marks
-/// are, in this order: attributes that begin with `_` (under the label that `EXT_mesh_features` gives them), `node`,
-/// `primitive`, `material`, and the color of the vertices. Points and lines are skipped.
+/// The triangles follow the nodes of the scene, depth first, and in each node the primitives of its mesh. Positions are those of
+/// the file after the poses of the nodes: glTF requires meters with y up, but many programs do not follow this. The marks are, in
+/// this order: attributes that begin with `_` (under the label that `EXT_mesh_features` gives them), `node`, `primitive`,
+/// `material`, and the color of the vertices. Points and lines are skipped.
 ///
 /// `read` gives the bytes of a file in the same folder, by its address in the document.
 ///
@@ -62,19 +62,19 @@ fn placed_nodes(document: &Document) -> Result<Vec<(usize, Pose)>, GltfError> {
     Ok(placed)
 }
 
-/// What the nodes so far have added.
+/// The data of the nodes that were read so far.
 #[derive(Default)]
 struct Surface {
     vertices: Vec<Point>,
-    /// Black where a primitive has no colors; empty if none has.
+    /// The colors of the vertices. They are black for primitives without colors, and empty if no primitive has colors.
     colors: Vec<[u16; 3]>,
     has_colors: bool,
-    /// The values of each attribute of its own; NaN where a primitive does not have it.
+    /// The values of each custom attribute. They are NaN for primitives without it.
     numbers: BTreeMap<String, Vec<f64>>,
     triangles: Vec<Vec<i64>>,
     node: Vec<u32>,
     primitive: Vec<u32>,
-    /// One more than the material, and 0 without one.
+    /// The index of the material plus one, or 0 without a material.
     material: Vec<u32>,
     n_nodes: u32,
     n_primitives: u32,
@@ -203,7 +203,7 @@ impl Surface {
             if !attribute.starts_with('_') {
                 continue;
             }
-            // An attribute that holds vectors is not a label.
+            // An attribute of vectors is not a label.
             let table = buffers.table(accessor, &[1, 2, 3, 4])?;
             if table.width != 1 {
                 continue;
@@ -274,7 +274,7 @@ fn channel(value: f64, table: &Table) -> u16 {
     }
 }
 
-/// How corners form triangles.
+/// The way in which corners form triangles.
 #[derive(Clone, Copy)]
 enum Arrangement {
     List,

@@ -1,4 +1,4 @@
-//! Reads Wavefront OBJ: the lines `v` and `f`, colors behind vertices, and the groups `o`, `g` and `usemtl`.
+//! Reads Wavefront OBJ: the lines `v` and `f`, colors after vertices, and the groups `o`, `g` and `usemtl`.
 
 use crate::mesh::foreign::{MeshFileError, bad_line, mesh_of, numbers, point};
 use crate::mesh::marked_mesh::{
@@ -18,8 +18,8 @@ pub fn mesh_from_obj(bytes: &[u8]) -> Result<Mesh, MeshFileError> {
 
 /// The mesh of an OBJ file with its objects (`o`), groups (`g`), materials (`usemtl`) and vertex colors (`v x y z r g b`).
 ///
-/// Groups with one name are one group, wherever they are in the file. Faces before the first line of a kind are a group of
-/// their own. Colors may be fractions or count to 255. A vertex without a color is black if others have one.
+/// Groups with the same name are one group, at any position in the file. Faces before the first line of a kind form their own
+/// group. Colors may be fractions or count to 255. A vertex without a color is black if others have one.
 ///
 /// # Errors
 /// If a vertex or a face cannot be read, or there is no face.
@@ -44,7 +44,7 @@ pub fn marked_mesh_from_obj(bytes: &[u8]) -> Result<MarkedMesh, MeshFileError> {
     Ok(MarkedMesh { mesh, marks })
 }
 
-/// What the lines of a file give.
+/// The data from the lines of a file.
 struct Content {
     vertices: Vec<Point>,
     colors: Vec<Option<Point>>,
@@ -109,11 +109,11 @@ impl Content {
     }
 }
 
-/// One kind of groups, and the one that each face is in.
+/// One kind of groups, and the group of each face.
 struct Groups {
     keyword: &'static str,
     name: &'static str,
-    /// The number of the group that the next face is in.
+    /// The number of the next face's group.
     current: u32,
     numbers: BTreeMap<String, u32>,
     of_polygon: Vec<u32>,
@@ -125,7 +125,7 @@ impl Groups {
             keyword,
             name,
             current: 0,
-            // What comes before the first line of this kind.
+            // The group of the faces before the first line of this kind.
             numbers: BTreeMap::from([(String::new(), 0)]),
             of_polygon: Vec::new(),
         }
@@ -142,7 +142,7 @@ impl Groups {
     }
 }
 
-/// The color behind the coordinates of a vertex; `None` if there are no three numbers.
+/// The color after the coordinates of a vertex. Returns `None` if there are not three numbers.
 fn color<'a>(words: impl Iterator<Item = &'a str>) -> Option<Point> {
     let values: Vec<f64> = words.map_while(|word| word.parse().ok()).collect();
     point(&values)

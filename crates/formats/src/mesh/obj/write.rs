@@ -3,10 +3,10 @@
 use crate::mesh::labeled_mesh::LabeledMesh;
 use std::fmt::Write;
 
-/// The text of an OBJ file: `v` lines (and `vn` where there are normals), then `f` lines in the order of the triangles.
+/// The text of an OBJ file: `v` lines (and `vn` if there are normals), then `f` lines in the order of the triangles.
 ///
-/// There are no groups and no materials: programs that split a mesh by them change the order of its triangles,
-/// which the label files count on. Numbers are written so that they read back exactly.
+/// There are no groups and no materials: programs that split a mesh by them change the order of its triangles, on which the label
+/// files depend. Numbers are written such that they can be read back exactly.
 #[must_use]
 pub fn mesh_to_obj(mesh: &LabeledMesh) -> String {
     let mut text = String::new();

@@ -2,7 +2,7 @@
 
 use crate::mesh::foreign::MeshFileError;
 
-/// The text up to `end_header`, and what follows.
+/// The text up to `end_header`, and the bytes after it.
 pub(crate) fn split_header(bytes: &[u8]) -> Result<(String, &[u8]), MeshFileError> {
     const END: &[u8] = b"end_header";
     let is_ply = bytes.starts_with(b"ply\n") || bytes.starts_with(b"ply\r");
@@ -22,7 +22,7 @@ pub(crate) fn split_header(bytes: &[u8]) -> Result<(String, &[u8]), MeshFileErro
     ))
 }
 
-/// How numbers are written.
+/// The encoding of numbers.
 #[derive(Clone, Copy, PartialEq)]
 pub(crate) enum Encoding {
     Text,
@@ -30,7 +30,7 @@ pub(crate) enum Encoding {
     BigEndian,
 }
 
-/// What a file says of itself.
+/// The header of a file.
 pub(crate) struct Header {
     pub(crate) encoding: Encoding,
     pub(crate) elements: Vec<Element>,
@@ -133,7 +133,7 @@ pub(crate) enum Scalar {
 }
 
 impl Scalar {
-    /// The type of this name, in either spelling; `None` if PLY has no such type.
+    /// The type of this name, in either spelling. Returns `None` if PLY has no such type.
     pub(crate) fn named(name: &str) -> Option<Self> {
         Some(match name {
             "char" | "int8" => Self::I8,
@@ -148,7 +148,7 @@ impl Scalar {
         })
     }
 
-    /// Bytes of a value.
+    /// The number of bytes of a value.
     pub(crate) fn size(self) -> usize {
         match self {
             Self::I8 | Self::U8 => 1,
@@ -158,7 +158,7 @@ impl Scalar {
         }
     }
 
-    /// The value at the start of `bytes`, the lowest byte first; every kind fits an `f64` exactly.
+    /// The value at the start of `bytes`, with the lowest byte first. Every type fits an `f64` exactly.
     pub(crate) fn read(self, bytes: &[u8]) -> Option<f64> {
         Some(match self {
             Self::I8 => f64::from(i8::from_le_bytes(*bytes.first_chunk()?)),

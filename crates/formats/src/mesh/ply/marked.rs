@@ -10,15 +10,15 @@ use crate::mesh::ply::read::{Content, Row};
 
 /// The channels of a color.
 const CHANNELS: [&str; 3] = ["red", "green", "blue"];
-/// Properties that have a meaning of their own, and are not labels.
+/// Properties that have another meaning and are not labels.
 const NOT_LABELS: &[&str] = &[
     "x", "y", "z", "nx", "ny", "nz", "red", "green", "blue", "alpha", "s", "t", "u", "v",
 ];
 
 /// The surface of a PLY file with the properties and colors of its faces, then those of its vertices.
 ///
-/// Each property that is not a list becomes a mark, except for coordinates. A face that is divided into triangles gives
-/// each of them its values.
+/// Each property that is not a list becomes a mark, except for coordinates. If a face is divided into triangles, each of them
+/// gets its values.
 ///
 /// # Errors
 /// If the header cannot be read, the file ends too early, it has no face, or faces and vertices do not fit together.
@@ -127,7 +127,7 @@ fn color(element: &Element, row: &Row) -> Option<[u16; 3]> {
     Some([red?, green?, blue?])
 }
 
-/// Bytes count to 255 and shorts to 65535, while floats are fractions.
+/// Bytes are from 0 to 255, shorts are from 0 to 65535, and floats are fractions.
 fn channel(value: f64, scalar: Scalar) -> u16 {
     match scalar {
         Scalar::F32 | Scalar::F64 => channel_of_fraction(value),

@@ -1,7 +1,7 @@
 //! Reads and writes PLY: point clouds and meshes.
 //!
-//! [`read`] understands any properties in any encoding, and [`marked`] keeps those that may be labels. [`points`] is a point cloud with parts, in the one layout that
-//! partprobe writes. [`mod@write`] is a labeled mesh.
+//! [`read`] reads any properties in any encoding, and [`marked`] keeps those that may be labels. [`points`] reads and writes
+//! point clouds with parts, in the layout of partprobe. [`mod@write`] writes labeled meshes.
 
 pub(crate) mod header;
 pub(crate) mod marked;

@@ -7,13 +7,13 @@ use crate::mesh::ply::header::Scalar;
 pub struct PlyPoints {
     /// Positions.
     pub points: Vec<[f32; 3]>,
-    /// Unit normals; empty if the file has none.
+    /// Unit normals. They are empty if the file has none.
     pub normals: Vec<[f32; 3]>,
-    /// The property `part`; empty if the file has none.
+    /// The property `part`. It is empty if the file has none.
     pub parts: Vec<i32>,
 }
 
-/// Why bytes are not a PLY file that partprobe reads.
+/// The reason why bytes are not a PLY file that partprobe reads.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PlyError {
@@ -32,27 +32,27 @@ pub enum PlyError {
     /// A coordinate is missing.
     #[error("the vertices have no property `{0}`")]
     Missing(&'static str),
-    /// There are fewer bytes than the header claims.
+    /// There are fewer bytes than the header declares.
     #[error("{n_points} points of {stride} bytes do not fit the {n_bytes} bytes that follow")]
     Size {
-        /// The vertices that the header claims.
+        /// The number of vertices in the header.
         n_points: usize,
-        /// Bytes of a vertex.
+        /// The number of bytes of a vertex.
         stride: usize,
-        /// Bytes behind the header.
+        /// The number of bytes after the header.
         n_bytes: usize,
     },
 }
 
-/// The bytes of a point cloud; normals and parts are left out where they are empty.
+/// The bytes of a point cloud. Normals and parts are left out if they are empty.
 ///
-/// Normals and parts that are there need one entry a point; what is too much is left out.
+/// Otherwise, normals and parts need one entry per point. Additional entries are left out.
 #[must_use]
 pub fn points_to_ply(cloud: &PlyPoints) -> Vec<u8> {
     colored_points_to_ply(cloud, &[])
 }
 
-/// The same with a color for each point, in the properties `red`, `green` and `blue` that viewers show.
+/// The same with one color per point, in the properties `red`, `green` and `blue` that viewers show.
 #[must_use]
 pub fn colored_points_to_ply(cloud: &PlyPoints, colors: &[[u8; 3]]) -> Vec<u8> {
     let (has_normals, has_parts) = (!cloud.normals.is_empty(), !cloud.parts.is_empty());
@@ -93,10 +93,10 @@ pub fn colored_points_to_ply(cloud: &PlyPoints, colors: &[[u8; 3]]) -> Vec<u8> {
     bytes
 }
 
-/// The points in the bytes of a PLY file; properties with other names are skipped.
+/// The points in the bytes of a PLY file. Properties with other names are skipped.
 ///
 /// # Errors
-/// If the header is damaged, the file is not binary little endian, a coordinate is missing, or bytes are.
+/// If the header is damaged, the file is not binary little endian, a coordinate is missing, or bytes are missing.
 pub fn points_from_ply(bytes: &[u8]) -> Result<PlyPoints, PlyError> {
     let (header, body) = split_header(bytes)?;
     let layout = layout(header)?;
@@ -147,7 +147,7 @@ fn split_header(bytes: &[u8]) -> Result<(&str, &[u8]), PlyError> {
     Ok((header, &body[END.len()..]))
 }
 
-/// Where the properties of a vertex stand.
+/// The positions of the properties in a vertex.
 struct Layout {
     n_points: usize,
     stride: usize,
@@ -177,7 +177,7 @@ fn layout(header: &str) -> Result<Layout, PlyError> {
                     properties: Vec::new(),
                 });
             }
-            // Elements behind the vertices are not read.
+            // Elements after the vertices are not read.
             (["element", ..], Some(_)) => break,
             (["element", ..], None) | (["property", "list", ..], _) => {
                 return Err(PlyError::FirstElement);
@@ -203,7 +203,7 @@ impl Layout {
         self.properties.iter().any(|property| property.name == name)
     }
 
-    /// The values of a property, one for each vertex of `body`.
+    /// The values of a property, one per vertex of `body`.
     fn column(&self, body: &[u8], name: &str) -> Option<Vec<f64>> {
         let property = self
             .properties

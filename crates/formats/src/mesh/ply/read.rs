@@ -4,16 +4,16 @@ use crate::mesh::foreign::{MeshFileError, mesh_of};
 use crate::mesh::ply::header::{Element, Encoding, Header, Property, Scalar, split_header};
 use partprobe_carrier::{Mesh, Point};
 
-/// What a PLY file shows.
+/// The content of a PLY file.
 #[derive(Clone, Debug, PartialEq)]
 pub enum PlyScene {
     /// A surface.
     Mesh(Mesh),
-    /// Points without faces; the normals are empty where the file has none.
+    /// Points without faces. The normals are empty if the file has none.
     Points {
         /// Positions.
         points: Vec<[f32; 3]>,
-        /// Normals, one a point, or none at all.
+        /// Normals: one per point, or an empty list.
         normals: Vec<[f32; 3]>,
     },
 }
@@ -37,10 +37,10 @@ fn in_single(vertex: &Point) -> [f32; 3] {
     vertex.map(|x| x as f32)
 }
 
-/// The values of one row of an element: one list per property; a scalar is a list of one.
+/// The values of one row of an element: one list per property. A scalar is a list of one value.
 pub(super) type Row = [Vec<f64>];
 
-/// What the elements of a file give.
+/// The data of the elements of a file.
 #[derive(Default)]
 pub(super) struct Content {
     pub(super) vertices: Vec<Point>,
@@ -67,7 +67,7 @@ impl Content {
         Ok(content)
     }
 
-    /// Reads all rows of an element; those of unknown elements are passed over.
+    /// Reads all rows of an element. Those of unknown elements are skipped.
     fn read(
         &mut self,
         element: &Element,
@@ -80,7 +80,7 @@ impl Content {
             .properties
             .iter()
             .position(|p| p.name == "vertex_indices" || p.name == "vertex_index");
-        // An element without properties has no bytes, however many there are said to be.
+        // An element without properties has no bytes, for any declared number of rows.
         let count = if element.properties.is_empty() {
             0
         } else {
@@ -108,25 +108,25 @@ impl Content {
     }
 }
 
-/// Three columns of a row, if the element has them all. A coordinate is `None` if its list is empty.
+/// Three columns of a row, if the element has all of them. A coordinate is `None` if its list is empty.
 fn vector(row: &Row, [x, y, z]: [Option<usize>; 3]) -> Option<[Option<f64>; 3]> {
     Some([x?, y?, z?].map(|at| row[at].first().copied()))
 }
 
-/// What has not been read yet.
+/// The bytes that have not been read yet.
 struct Body<'a> {
     encoding: Encoding,
     rest: &'a [u8],
 }
 
 impl Body<'_> {
-    /// The values of an element's next row, one list a property; a scalar is a list of one.
+    /// The values of an element's next row, one list per property. A scalar is a list of one value.
     fn row(&mut self, element: &Element) -> Result<Vec<Vec<f64>>, MeshFileError> {
         let values = |property: &Property| {
             let length = property
                 .length
                 .map_or(Ok(1.0), |length| self.number(length))?;
-            // A length that lies meets the end of the bytes first: nothing is reserved for it.
+            // Memory is not reserved for the declared length. If it is too large, reading fails at the end of the bytes.
             (0..length.max(0.0) as u64)
                 .map(|_| self.number(property.scalar))
                 .collect()

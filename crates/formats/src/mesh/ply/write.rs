@@ -1,11 +1,11 @@
-//! Writes PLY meshes, binary little endian: `int part face type` and a color for each triangle.
+//! Writes PLY meshes, binary little endian: `int part face type` and one color per triangle.
 
 use crate::mesh::labeled_mesh::LabeledMesh;
 
 /// The bytes of a mesh.
 ///
-/// Vertices are doubles, so that equal positions stay equal. Where vertices belong to one face each (they have
-/// normals), they carry normal and color too, for programs that show the colors of vertices only.
+/// Vertices are doubles, so that equal positions stay equal. If each vertex belongs to one face (there are normals), vertices
+/// also have a normal and a color, for programs that show only the colors of vertices.
 #[must_use]
 pub fn mesh_to_ply(mesh: &LabeledMesh) -> Vec<u8> {
     let vertex_colors = if mesh.normals.is_empty() {
@@ -55,7 +55,7 @@ fn header(mesh: &LabeledMesh) -> String {
     lines.join("\n")
 }
 
-/// The color of the triangles at each vertex; a vertex without a triangle is black.
+/// The color of the triangles at each vertex. A vertex without a triangle is black.
 fn colors_of_vertices(mesh: &LabeledMesh) -> Vec<[u8; 3]> {
     let mut colors = vec![[0; 3]; mesh.vertices.len()];
     for (corners, &color) in mesh.triangles.iter().zip(&mesh.color) {
