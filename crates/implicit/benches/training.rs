@@ -1,4 +1,4 @@
-//! One update of each trunk, and the surface of a network with and without narrowing.
+//! Measures one update of each trunk, and the surface of a network with and without narrowing.
 
 use divan::Bencher;
 use partprobe_carrier::Mesh;
@@ -87,7 +87,7 @@ fn surface_128_narrowed(bencher: Bencher<'_, '_>) {
     bencher.bench_local(|| surface(&network, resolution).map(|mesh| mesh.triangles.len()));
 }
 
-/// What narrowing saves: the distance at all points of the grid.
+/// The distance at all points of the grid, which narrowing avoids.
 #[divan::bench(sample_count = 3)]
 fn distances_of_all_grid_points_128(bencher: Bencher<'_, '_>) {
     let Some(network) = trained() else {

@@ -1,4 +1,4 @@
-//! Closed meshes for tests.
+//! Makes closed meshes for tests.
 
 use partprobe_carrier::{Mesh, Point};
 use std::f64::consts::PI;
@@ -59,7 +59,7 @@ pub(crate) fn torus([major, minor]: [f64; 2], steps: [usize; 2]) -> Mesh {
     })
 }
 
-/// A sphere around the origin, from the south pole to the north pole; triangles at the poles have no area.
+/// A sphere around the origin, from the south pole to the north pole. Triangles at the poles have no area.
 pub(crate) fn sphere(radius: f64, [n, m]: [usize; 2]) -> Mesh {
     let vertices = (0..(m + 1) * n).map(|i| {
         let (u, v) = (

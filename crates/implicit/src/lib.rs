@@ -1,7 +1,7 @@
 //! Fits a small network to one shape, and scores its surface and its labels (paper §4.5).
 //!
-//! A mesh and the labels of points on it go in. A network comes out, whose trunk says how far a point is from the surface, and
-//! whose head says which label is there. Its surface becomes a mesh again, and both are compared with the shape.
+//! A mesh and the labels of points on it go in. A network comes out. Its trunk gives the distance of a point from the surface,
+//! and its head gives the label of the point. Its surface is extracted as a mesh, and both are compared with the shape.
 //!
 //! ```
 //! use partprobe_implicit::{

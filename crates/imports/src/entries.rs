@@ -1,7 +1,7 @@
-//! Finds the files that hold labels, and which of them a shape has.
+//! Finds the files with labels, and assigns them to shapes.
 //!
-//! A folder holds one file per shape. A single file may hold many shapes: one per line of JSON, or one per group of CSV
-//! rows. It is read once; the files of a folder are read when their shape is asked for.
+//! A folder has one file per shape. A single file may have many shapes: one per line of JSON, or one per group of CSV rows. It is
+//! read once. The files of a folder are read when their shape is requested.
 
 use crate::import::{ImportError, JoinProblem, named};
 use crate::shape_key::{Found, ShapeKey, ShapeKeys};
@@ -11,23 +11,23 @@ use std::collections::BTreeSet;
 use std::io::Read;
 use std::sync::Arc;
 
-/// What holds the labels of one shape.
+/// The labels of one shape, or their file.
 #[derive(Clone, Debug)]
 pub(crate) struct Entry<T> {
-    /// A name for messages: a path, perhaps with a line.
+    /// A name for messages: a path, possibly with a line number.
     pub(crate) name: String,
     pub(crate) key: ShapeKey,
     pub(crate) content: Content<T>,
 }
 
-/// Where the labels of an entry are.
+/// The place of the labels of an entry.
 #[derive(Clone, Debug)]
 pub(crate) enum Content<T> {
-    /// In a file, which is read when its shape is asked for.
+    /// In a file, which is read when its shape is requested.
     File(String),
-    /// Here: they were in a file with those of other shapes.
+    /// In memory: they were in a file with those of other shapes.
     Read(T),
-    /// Nowhere: they were in a file with those of other shapes, and cannot be read for this reason.
+    /// Not available: they were in a file with those of other shapes, and cannot be read for this reason.
     Damaged(String),
 }
 
@@ -40,11 +40,11 @@ pub(crate) struct Entries<T> {
 }
 
 impl<T> Entries<T> {
-    /// The entries at a path. `key_of` says what shape a file of a folder belongs to, or `None` if it holds no labels;
-    /// `read_all` gives the entries of a single file.
+    /// The entries at a path. `key_of` gives the shape of a file in a folder, or `None` if the file has no labels. `read_all`
+    /// gives the entries of a single file.
     ///
     /// # Errors
-    /// If nothing is there, it cannot be read, or it holds no labels.
+    /// If the path does not exist, cannot be read, or has no labels.
     pub(crate) fn at(
         path: &str,
         files: Arc<dyn SourceFiles>,
@@ -105,7 +105,7 @@ impl<T> Entries<T> {
         })
     }
 
-    /// Without the entries that others with the same name replace: the `weak` ones, by their name.
+    /// The entries without those that are weak by their names and have the same shape name as another entry.
     pub(crate) fn without_replaced(mut self, is_weak: impl Fn(&str) -> bool) -> Self {
         let strong = self.entries.iter().filter(|entry| !is_weak(&entry.name));
         let names: BTreeSet<String> = strong
@@ -122,7 +122,7 @@ impl<T> Entries<T> {
     /// The entries that are named after a shape.
     ///
     /// # Errors
-    /// If there is none, or it is not certain which one is meant.
+    /// If there is no such entry, or it is not certain which one is meant.
     pub(crate) fn of_shape(&self, id: &str) -> Result<Vec<&Entry<T>>, JoinProblem> {
         let entries = |indices: Vec<usize>| indices.into_iter().map(|idx| &self.entries[idx]);
         match self.keys.of_shape(id) {
@@ -138,7 +138,7 @@ impl<T> Entries<T> {
         }
     }
 
-    /// Why a shape that no entry names has no labels. Its entry may be one that is damaged and names no shape any more.
+    /// The reason why a shape without an entry has no labels. Its entry may be damaged, so that it names no shape.
     fn without_labels(&self) -> JoinProblem {
         let damaged = self
             .entries
@@ -213,7 +213,7 @@ pub(crate) fn one_path(entries: &[&Entry<()>]) -> Result<String, JoinProblem> {
     }
 }
 
-/// A file's bytes; those of a `.zst` file are unpacked.
+/// The bytes of a file. Those of a `.zst` file are unpacked.
 fn unpacked(path: &str, files: &dyn SourceFiles) -> Result<Vec<u8>, ImportError> {
     let unreadable = |reason: String| ImportError::Unreadable(reason);
     let bytes = files

@@ -1,4 +1,4 @@
-//! Defines what every type of import does: it joins the labels of a shape to its carrier, and says how.
+//! Defines the interface of every type of import: it joins the labels of a shape to its carrier, and reports how.
 
 use partprobe_carrier::Carrier;
 use partprobe_sources::{LabelSource, Origin, SourceError, SourceLabels};
@@ -6,10 +6,10 @@ use std::fmt;
 
 /// Labels of another program, for any number of shapes.
 pub trait Import: Send + Sync {
-    /// Joins the labels of this shape to its carrier. Files are read when their shape is asked for.
+    /// Joins the labels of this shape to its carrier. Files are read when their shape is requested.
     ///
     /// # Errors
-    /// If there are no labels for the shape, they cannot be read, or it is not certain where they belong.
+    /// If there are no labels for the shape, they cannot be read, or it is not certain to which elements they belong.
     fn join(&self, carrier: &Carrier) -> Result<JoinedLabels, JoinProblem>;
 
     /// Whether the labels are constant on each face of the B-Rep.
@@ -17,24 +17,24 @@ pub trait Import: Send + Sync {
         false
     }
 
-    /// The names of everything that holds labels, for example files; to find those that no shape uses.
+    /// The names of all entries with labels, for example files. They are used to find entries that no shape uses.
     ///
     /// # Errors
     /// If the labels cannot be listed.
     fn entries(&self) -> Result<Vec<String>, ImportError>;
 }
 
-/// The labels of a shape, and how they found their way.
+/// The labels of a shape, and a report of the join.
 #[derive(Clone, Debug)]
 pub struct JoinedLabels {
     /// The labels, with their origin.
     pub labels: SourceLabels,
-    /// How they were joined.
+    /// The report of the join.
     pub report: JoinReport,
 }
 
 impl JoinedLabels {
-    /// The same labels with another account of how they were joined, in the report and in their origin.
+    /// The same labels with another description of the join, in the report and in their origin.
     pub(crate) fn with_way(mut self, by: String) -> Self {
         self.report.by = by;
         let content_hash = self
@@ -52,26 +52,26 @@ impl JoinedLabels {
     }
 }
 
-/// How the labels of one shape were joined to its carrier.
+/// A report of the join of one shape's labels to its carrier.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct JoinReport {
-    /// What held the labels: names as [`Import::entries`] gives them.
+    /// The entries with the labels, by the names of [`Import::entries`].
     pub entries: Vec<String>,
-    /// What the labels were joined by, for example `step-id`.
+    /// The key by which the labels were joined, for example `step-id`.
     pub by: String,
-    /// What is labeled, for example `faces`.
+    /// The kind of labeled elements, for example `faces`.
     pub items: &'static str,
-    /// How many of them the carrier has.
+    /// The number of these elements in the carrier.
     pub n_items: usize,
-    /// How many got a label.
+    /// The number of elements that got a label.
     pub n_matched: usize,
-    /// Those that got none, by name.
+    /// The names of the elements without a label.
     pub unlabeled: Vec<String>,
-    /// Labels that nothing uses, by name.
+    /// The names of labels that are not used.
     pub unused: Vec<String>,
 }
 
-/// Names are given up to this number, and counted beyond.
+/// The largest number of names in a message. Further ones are only counted.
 const MAX_NAMED: usize = 5;
 
 impl fmt::Display for JoinReport {
@@ -94,7 +94,7 @@ impl fmt::Display for JoinReport {
     }
 }
 
-/// The first names, and how many more there are.
+/// The first names, and the number of further ones.
 pub(crate) fn named(names: &[String]) -> String {
     let first = &names[..names.len().min(MAX_NAMED)];
     let n_more = names.len() - first.len();
@@ -104,22 +104,22 @@ pub(crate) fn named(names: &[String]) -> String {
     }
 }
 
-/// Why a shape gets no labels.
+/// The reason why a shape gets no labels.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum JoinProblem {
-    /// Nothing is named after the shape.
+    /// No entry is named after the shape.
     #[error("no labels for this shape")]
     NoLabels,
     /// A file of labels cannot be read.
     #[error("{0}")]
     Unreadable(String),
-    /// It is not certain where the labels belong, or they do not fit.
+    /// It is not certain to which elements the labels belong, or they do not fit.
     #[error("{0}")]
     Refused(String),
 }
 
-/// Why an import cannot be used at all.
+/// The reason why an import cannot be used at all.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ImportError {
@@ -149,14 +149,14 @@ pub enum ImportError {
         /// The parameter.
         key: &'static str,
     },
-    /// A parameter has a value that it cannot have.
+    /// A parameter has an invalid value.
     #[error("`{key}` is `{value}`; it must be {expected}")]
     Value {
         /// The parameter.
         key: &'static str,
         /// Its value.
         value: String,
-        /// What it may be.
+        /// The valid values.
         expected: String,
     },
     /// The labels cannot be read.

@@ -1,14 +1,14 @@
-//! Defines what a type of import is: its name, its parameters, and how it is opened.
+//! Defines a type of import: its name, its parameters, and the function that opens it.
 
 use crate::import::{Import, ImportError};
 use partprobe_sources::SourceContext;
 
-/// A kind of label files, or another program's way to label shapes.
+/// A kind of label files, or of labels from another program.
 #[derive(Clone, Copy, Debug)]
 pub struct ImportType {
     /// The name in configs: `type = "faces"`.
     pub name: &'static str,
-    /// One line that says what the files hold.
+    /// One line that describes the files.
     pub description: &'static str,
     /// The parameters that it knows.
     pub keys: &'static [ParameterKey],
@@ -21,7 +21,7 @@ pub struct ImportType {
 pub struct ParameterKey {
     /// The name in configs.
     pub name: &'static str,
-    /// One line that says what it does, with the values that it may have.
+    /// One line that describes it, with its possible values.
     pub description: &'static str,
     /// Whether it must be set.
     pub is_required: bool,
@@ -59,10 +59,10 @@ impl ImportType {
         (self.make)(context)
     }
 
-    /// Refuses parameters that the type does not know, and misses those that it needs.
+    /// Checks that the type knows all parameters, and that all parameters that it needs are set.
     ///
     /// # Errors
-    /// If there is one.
+    /// If this is not so.
     pub fn check_keys(&self, context: &SourceContext) -> Result<(), ImportError> {
         let is_known = |key: &str| self.keys.iter().any(|known| known.name == key);
         if let Some(key) = context.parameters().keys().find(|key| !is_known(key)) {

@@ -18,7 +18,7 @@ pub const IMPORT_TYPES: &[ImportType] = &[
 /// The type with this name among these, which may be [`IMPORT_TYPES`] and others.
 ///
 /// # Errors
-/// If there is none; the message lists those that exist.
+/// If there is no such type. The message lists those that exist.
 pub fn import_type_among<'a>(
     types: impl IntoIterator<Item = &'a ImportType> + Clone,
     name: &str,

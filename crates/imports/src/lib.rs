@@ -1,10 +1,10 @@
 //! Makes label sources of labels that another program made: files of labels, joined to the carriers that they belong to.
 //!
-//! Takes the parameters of an import and a way to read files. Returns a label source, and for each shape a report of how
-//! its labels were joined. Each type of import is one file with an [`ImportType`], and one line in [`IMPORT_TYPES`].
-//! A type may be in another crate, too: it implements [`Import`], and [`import_type_among`] finds it.
+//! Takes the parameters of an import and a way to read files. Returns a label source, and for each shape a report of how its
+//! labels were joined. Each type of import is one file with an [`ImportType`], and one line in [`IMPORT_TYPES`]. A type may also
+//! be in another crate: it implements [`Import`], and [`import_type_among`] finds it.
 //!
-//! [`given_shape`] reads meshes and point clouds that have no B-Rep, with the labels that they came with.
+//! [`given_shape`] reads meshes and point clouds that have no B-Rep, with their own labels.
 //!
 //! ```
 //! use partprobe_imports::{Import, open_import};
@@ -41,7 +41,8 @@
 //!
 //! # What it guarantees
 //!
-//! - A label never moves silently: if two joins are possible, or a count differs, the shape is refused with the reason.
+//! - A label is never silently given to a wrong element: if two joins are possible, or a count differs, the shape is refused with
+//!   the reason.
 //! - A label that is not found is counted, and the report names the files that were read.
 //!
 //! # What it does not do

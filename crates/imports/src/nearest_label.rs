@@ -1,4 +1,4 @@
-//! Labels a point as the nearest labeled triangle or point is labeled, if their normals agree.
+//! Gives a point the label of the nearest labeled triangle or point, if their normals agree.
 //!
 //! Takes a search for the nearest item, the labels of its items, and the normals of the carrier's triangles. Nothing here
 //! reads a file.
@@ -10,7 +10,7 @@ use std::fmt;
 
 /// A search for the nearest labeled item.
 pub(crate) trait NearestItem {
-    /// What an item is, in the plural.
+    /// The name of the items, in the plural.
     const ITEMS: &'static str;
 
     /// The nearest item within the limits.

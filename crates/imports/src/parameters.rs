@@ -1,6 +1,6 @@
-//! Reads the parameters of an import: text under a name goes in, a checked value comes out.
+//! Reads the parameters of an import: a text and its name go in, and a checked value comes out.
 //!
-//! A message names the key, its value, and what it may be.
+//! A message names the key, its value, and the valid values.
 
 use crate::import::ImportError;
 use partprobe_sources::{SourceContext, SourceFiles};
@@ -10,14 +10,14 @@ use std::sync::Arc;
 /// The way to read files.
 ///
 /// # Errors
-/// If the program gives none.
+/// If the program does not provide it.
 pub fn files(context: &SourceContext) -> Result<Arc<dyn SourceFiles>, ImportError> {
     let without =
         || ImportError::Unreadable("this program gives its label sources no files".to_owned());
     context.files().cloned().ok_or_else(without)
 }
 
-/// A switch; off if it is not set.
+/// A switch. It is off if it is not set.
 ///
 /// # Errors
 /// If the value is neither `true` nor `false`.
@@ -73,7 +73,7 @@ pub fn whole_number(
         })
 }
 
-/// One of several words; the first one if it is not set.
+/// One of several words. It is the first one if it is not set.
 ///
 /// # Errors
 /// If the value is another word.

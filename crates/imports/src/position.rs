@@ -1,9 +1,10 @@
-//! Checks whether two sets of points are those of one shape in the same position.
+//! Checks whether two sets of points belong to one shape in the same position.
 
 use crate::import::JoinProblem;
 use partprobe_carrier::{Point, bounding_box, distance};
 
-/// Refuses positions that were moved, rotated or scaled against those of the carrier: what is nearest to them says nothing.
+/// Refuses positions that were moved, rotated or scaled relative to those of the carrier, because the nearest elements would be
+/// wrong.
 ///
 /// # Errors
 /// If corners of the bounding boxes are farther apart than `max_offset`, in millimeters.

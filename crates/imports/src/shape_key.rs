@@ -1,19 +1,19 @@
-//! Decides by name which labels belong to which shape.
+//! Assigns labels to shapes by their names.
 //!
-//! The id of a shape is the path of its file without the ending, with `__` for `/`, and `__s<n>` behind it if solids are
-//! the unit. Labels are named by a path too: that of their own file, or one that they state. The two belong together if
-//! the shorter one is the end of the longer one, part by part. The folders of a label file may differ from those of its
-//! STEP file, so its own name is enough: `step__100` and `seg/100.seg` belong together, and `step__1100` does not.
+//! The id of a shape is the path of its file without the ending, with `__` for `/`, and followed by `__s<n>` if solids are the
+//! unit. Labels also have a path: that of their own file, or one that they contain. The two belong together if the shorter one is
+//! the end of the longer one, part by part. The folders of a label file may differ from those of its STEP file, so its own name
+//! is enough: `step__100` and `seg/100.seg` belong together, and `step__1100` does not.
 
 use partprobe_formats::step_stem;
 use std::collections::BTreeMap;
 
-/// What labels are named after.
+/// The name by which labels are assigned.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct ShapeKey {
     /// The path, part by part.
     parts: Vec<String>,
-    /// How many of the last parts a longer path must have at its end.
+    /// The number of last parts that a longer path must have at its end.
     n_decisive: usize,
 }
 
@@ -21,12 +21,12 @@ pub(crate) struct ShapeKey {
 const PACKED: &str = ".zst";
 
 impl ShapeKey {
-    /// The key of a path that names a STEP file, as a label file states it.
+    /// The key of the path of a STEP file in a label file.
     pub(crate) fn of_step_path(path: &str) -> Self {
         Self::of_text(step_stem(path).unwrap_or(path))
     }
 
-    /// The key of a label file: its path without its ending, and without what a tool puts behind each name.
+    /// The key of a label file: its path without its ending, and without the suffix that a tool appends to each name.
     pub(crate) fn of_label_path(path: &str, suffixes: &[&str]) -> Self {
         let path = path.strip_suffix(PACKED).unwrap_or(path);
         let (folder, name) = path.rsplit_once('/').unwrap_or(("", path));
@@ -67,7 +67,7 @@ impl ShapeKey {
         self.parts.last().map(String::as_str)
     }
 
-    /// How many parts this key and that of a shape have in common at their ends, if that is enough.
+    /// The number of parts that this key and that of a shape have in common at their ends. Returns `None` if this is not enough.
     fn common_end(&self, shape: &Self) -> Option<usize> {
         let pairs = self.parts.iter().rev().zip(shape.parts.iter().rev());
         let n_common = pairs.take_while(|(own, other)| own == other).count();
@@ -89,7 +89,7 @@ pub(crate) fn is_solid(id: &str) -> bool {
     without_solid(id) != id
 }
 
-/// The id of a file, if this is that of one of its solids.
+/// The id of the file, if this is the id of one of its solids.
 fn without_solid(id: &str) -> &str {
     match id.rsplit_once("__s") {
         Some((file, number))
@@ -110,16 +110,16 @@ pub(crate) struct ShapeKeys {
 /// The labels of a shape.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Found {
-    /// None are named after it.
+    /// No labels are named after it.
     Nothing,
-    /// These, which are all named by one key.
+    /// These labels, which all have the same key.
     These(Vec<usize>),
-    /// Labels that are named by different keys, each of which fits as well as the other.
+    /// Labels with different keys that fit equally well.
     Ambiguous(Vec<usize>),
 }
 
 impl ShapeKeys {
-    /// Finds labels by these keys; an answer is their index.
+    /// Finds labels by these keys. An answer is their index.
     pub(crate) fn new(keys: impl Iterator<Item = ShapeKey>) -> Self {
         let mut by_last: BTreeMap<String, Vec<(ShapeKey, usize)>> = BTreeMap::new();
         for (idx, key) in keys.enumerate() {
@@ -129,7 +129,7 @@ impl ShapeKeys {
         Self { by_last }
     }
 
-    /// The labels that are named after a shape; of several keys, the one with the longest common end.
+    /// The labels that are named after a shape. Of several keys, it uses the one with the longest common end.
     pub(crate) fn of_shape(&self, id: &str) -> Found {
         let shape = ShapeKey::of_id(id);
         let candidates = shape.last().and_then(|last| self.by_last.get(last));

@@ -260,7 +260,7 @@ fn triangles_by_index_by_corners_and_by_the_nearest_surface() {
     check("mesh", PATH, p3_sam, "triangle", &[1, 3, 0, 2]);
 }
 
-/// A text PLY of the tetrahedron with these columns for each triangle.
+/// A text PLY of the tetrahedron with these columns per triangle.
 fn marked_ply(properties: &str, columns: [&str; 4]) -> String {
     let plain = ply(&TRIANGLES, |corner| corner);
     let (head, body) = plain.split_once("end_header\n").unwrap();
@@ -608,7 +608,7 @@ fn partfield_by_level_in_the_pose_of_the_carrier() {
     );
 }
 
-/// The export of the tetrahedron for PartField, and a label of its own for each triangle of the mesh.
+/// The export of the tetrahedron for PartField, with a different label for each triangle of the mesh.
 ///
 /// PartField's mesh is the exported one, moved into the cube in single precision, after `changed`.
 fn partfield_by_map(changed: impl Fn(&mut PartFieldMesh)) -> (PartFieldMesh, Memory) {

@@ -1,7 +1,7 @@
-//! Turns the arrays of carriers and samples into arrays of NumPy.
+//! Converts the arrays of carriers and samples to arrays of NumPy.
 //!
-//! NumPy takes the numbers over without a copy. Integers become `int64`, except `uint64`, which stays: `#` numbers do not
-//! fit otherwise.
+//! NumPy gets the numbers without a copy. Integers become `int64`. Only `uint64` is kept, because `#` numbers may not fit into
+//! `int64`.
 
 use numpy::{Element, PyArray1, PyArrayMethods};
 use partprobe_formats::{Array, Values};
@@ -56,7 +56,7 @@ fn texts(py: Python<'_>, values: Vec<String>) -> PyResult<Bound<'_, PyAny>> {
         .call_method(intern!(py, "array"), (values,), Some(&options))
 }
 
-/// Arrays that are made at the first access and kept. They cannot be written to, because others may hold them too.
+/// Arrays that are made at the first access and kept. They are read-only, because others may also use them.
 #[derive(Debug)]
 pub(crate) struct KeptArrays(Py<PyDict>);
 

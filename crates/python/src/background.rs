@@ -1,4 +1,4 @@
-//! Computes on a thread of its own, so that Python runs on and Ctrl-C is heard.
+//! Computes on a separate thread, so that Python continues to run and reacts to Ctrl-C.
 //!
 //! A computation goes in, and its result comes out. If the user interrupts, the caller gets `KeyboardInterrupt` at once.
 //! The thread cannot be stopped: it ends when its computation does, and its result is dropped.
@@ -9,9 +9,9 @@ use std::sync::mpsc::{self, RecvTimeoutError};
 use std::thread;
 use std::time::Duration;
 
-/// How often signals are looked at.
+/// The interval at which signals are checked.
 const POLL: Duration = Duration::from_millis(50);
-/// Reading a STEP file may recurse deeply; a worker of `partprobe label` has the same stack.
+/// The size of the stack. Reading a STEP file may recurse deeply, and a worker of `partprobe label` has the same stack.
 const STACK_BYTES: usize = 64 << 20;
 
 /// Runs a computation without the interpreter's lock.
@@ -24,7 +24,7 @@ pub(crate) fn compute<T: Send + 'static>(
 ) -> PyResult<T> {
     let (sender, receiver) = mpsc::channel();
     let run = move || {
-        // Nobody listens after an interrupt.
+        // The receiver may be gone after an interrupt.
         let _ = sender.send(computation());
     };
     thread::Builder::new().stack_size(STACK_BYTES).spawn(run)?;

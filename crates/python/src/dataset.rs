@@ -1,4 +1,4 @@
-//! The class `Dataset`: the shapes of a labeled data set, as a map-style data set of PyTorch takes them.
+//! The class `Dataset`: the shapes of a labeled data set, as a map-style data set of PyTorch.
 
 use crate::arrays::{rows, shaped, widened};
 use crate::background::compute;
@@ -31,7 +31,7 @@ pub(crate) struct PyDataset {
     source: String,
 }
 
-/// What takes the place of a shape: its index, or its id.
+/// The key of a shape: its index or its id.
 #[derive(FromPyObject)]
 enum Key {
     #[pyo3(transparent, annotation = "int")]
@@ -40,7 +40,7 @@ enum Key {
     Id(String),
 }
 
-/// Why an item cannot be had.
+/// The reason why an item cannot be read.
 enum ItemError {
     Carrier(partprobe_dataset::DamagedCarrier),
     Unfit(String),
@@ -232,7 +232,7 @@ impl PyDataset {
         options.set_item("source", &self.source)?;
         let class = py.get_type::<Self>();
         let path = self.dataset.root().to_owned();
-        // A class takes keywords only by way of a partial call.
+        // Keyword arguments of a class can only be passed by a partial call.
         let make = py
             .import("functools")?
             .getattr("partial")?

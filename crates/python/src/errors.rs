@@ -1,4 +1,4 @@
-//! Turns the errors of the libraries into the exceptions of `partprobe._errors`.
+//! Converts the errors of the libraries to the exceptions of `partprobe._errors`.
 
 use partprobe_brep::ReadError;
 use partprobe_dataset::{DamageReason, DamagedCarrier, DatasetError, OutputError};
@@ -13,7 +13,7 @@ pyo3::import_exception!(partprobe._errors, StepError);
 pyo3::import_exception!(partprobe._errors, UsageError);
 pyo3::import_exception!(partprobe._errors, DamagedFileError);
 
-/// What an error and its causes say, in one line.
+/// The messages of an error and its causes, in one line.
 fn sentence(error: &dyn Error) -> String {
     let mut text = error.to_string();
     let mut cause = error.source();
@@ -38,7 +38,7 @@ pub(crate) fn os_error(error: &io::Error, path: &Path) -> PyErr {
     PyOSError::new_err((code, text.to_owned(), path.display().to_string()))
 }
 
-/// A file whose labels cannot be had.
+/// A file that cannot be labeled.
 pub(crate) fn step_error(reason: impl ToString, file: Option<&str>, status: &str) -> PyErr {
     StepError::new_err((
         reason.to_string(),
@@ -66,7 +66,7 @@ pub(crate) fn label_error(error: &LabelError, file: Option<&str>) -> PyErr {
     StepError::new_err((error.to_string(), file, entity, status.to_owned()))
 }
 
-/// A file of ours that is damaged.
+/// A damaged file of partprobe.
 pub(crate) fn damaged(error: &dyn Error, path: &Path) -> PyErr {
     DamagedFileError::new_err((sentence(error), path.display().to_string()))
 }

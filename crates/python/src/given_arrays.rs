@@ -1,4 +1,4 @@
-//! Reads arrays that the caller gives: lists, arrays of NumPy, or tensors in the memory of the CPU.
+//! Reads arrays from the caller: lists, arrays of NumPy, or tensors in the memory of the CPU.
 
 use crate::errors::usage;
 use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
@@ -19,7 +19,7 @@ pub(crate) fn labels(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Vec<i32>>
     wide.as_array().iter().map(narrowed).collect()
 }
 
-/// The values of a matrix of finite numbers, row after row, and the length of a row.
+/// The values of a matrix of finite numbers, row by row, and the length of a row.
 ///
 /// # Errors
 /// `UsageError` with the name if it is not one.
@@ -56,7 +56,7 @@ pub(crate) fn triples(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Vec<[f32
     Ok(values.as_chunks().0.to_vec())
 }
 
-/// The array, if its type is one of these kinds and it has so many dimensions.
+/// The array, if its type is one of these kinds and it has this number of dimensions.
 fn of_kind<'py>(
     name: &str,
     given: &Bound<'py, PyAny>,

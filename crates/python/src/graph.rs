@@ -1,4 +1,4 @@
-//! Makes the graph of the faces of a carrier, in the form that PyTorch Geometric takes.
+//! Makes the graph of the faces of a carrier, in the form of PyTorch Geometric.
 
 use crate::arrays::{rows, shaped};
 use partprobe_carrier::{Carrier, FaceType};
@@ -6,10 +6,10 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 const N_TYPES: usize = FaceType::ALL.len();
-/// A column for each type, and one for the area.
+/// One column per type, and one for the area.
 const N_FEATURES: usize = N_TYPES + 1;
 
-/// The arrays `x`, `edge_index`, `edge_attr` and `y`; `labels` are the values of the last one.
+/// The arrays `x`, `edge_index`, `edge_attr` and `y`. `labels` are the values of the last one.
 ///
 /// # Errors
 /// If an array cannot be made.
@@ -45,7 +45,7 @@ fn face_features(carrier: &Carrier) -> Vec<[f32; N_FEATURES]> {
     features.collect()
 }
 
-/// First faces, then second faces, of the shared edges in both directions; and what is known of each edge.
+/// The first faces and then the second faces of the shared edges in both directions, and the attributes of each edge.
 fn directed_edges(carrier: &Carrier) -> (Vec<i64>, Vec<[f32; 3]>) {
     let edges = &carrier.graph().edges;
     let diagonal = carrier.meta().diagonal_mm.max(f64::MIN_POSITIVE);

@@ -1,4 +1,4 @@
-//! Reads what is labeled: a STEP file, packed or not, or a mesh or a cloud with the file of labels next to it.
+//! Reads the input of labeling: a STEP file, packed or not, or a mesh or a cloud with the file of labels next to it.
 
 use crate::errors::{os_error, step_error, usage};
 use partprobe_carrier::{GivenShape, sha256_hex};
@@ -22,7 +22,7 @@ pub(crate) enum Source {
     File(PathBuf),
 }
 
-/// The contents of what is labeled.
+/// The content of the input.
 pub(crate) enum Content {
     /// The text of a STEP file.
     Step(Vec<u8>),
@@ -30,13 +30,13 @@ pub(crate) enum Content {
     Given(GivenShape, String),
 }
 
-/// How much of a file tells what it is.
+/// The number of first bytes by which a file is recognized.
 const LOOK_BYTES: usize = 4096;
-/// What a STEP file begins with.
+/// The beginning of a STEP file.
 const STEP_HEADER: &[u8] = b"ISO-10303-21";
 
 impl Source {
-    /// The file in messages; `None` for bytes.
+    /// The name of the file in messages, or `None` for bytes.
     pub(crate) fn file(&self) -> Option<String> {
         match self {
             Self::Text(_) => None,
@@ -44,7 +44,7 @@ impl Source {
         }
     }
 
-    /// The id of the shape, unless the caller says another one.
+    /// The id of the shape, unless the caller gives another one.
     pub(crate) fn id(&self) -> String {
         let Self::File(path) = self else {
             return "shape".to_owned();
@@ -132,7 +132,7 @@ impl Source {
     }
 }
 
-/// Whether a file is a mesh or a cloud, by its name and by what it begins with.
+/// Whether a file is a mesh or a cloud, by its name and its first bytes.
 fn is_given(name: &str, start: &[u8]) -> bool {
     let is_step = start
         .windows(STEP_HEADER.len())

@@ -65,7 +65,7 @@ pub(crate) fn label_all(
     labeled(py, source, id, options).map(|(_, carriers)| carriers)
 }
 
-/// The name of the file, and its shapes: at least one.
+/// The name of the file and its shapes. There is at least one shape.
 fn labeled(
     py: Python<'_>,
     source: Source,

@@ -9,7 +9,7 @@ use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-/// An option: its name, its value as Python shows it, and how it is set.
+/// An option: its name, its value for Python, and the function that sets it.
 pub(crate) struct LabelOption {
     /// The name of the keyword argument.
     pub(crate) name: &'static str,
@@ -87,7 +87,7 @@ pub(crate) const LABEL_OPTIONS: &[LabelOption] = &[
     plain!("max_triangles", tessellation.max_triangles),
 ];
 
-/// Keys of `[label]` that belong to the program, and what takes their place here.
+/// Keys of `[label]` that belong to the program, and their replacements here.
 const OF_THE_PROGRAM: [(&str, &str); 5] = [
     ("kernel", "the wheel contains the own kernel only"),
     ("emit", "a carrier contains everything"),

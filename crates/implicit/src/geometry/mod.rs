@@ -1,4 +1,4 @@
-//! The reference shape in its frame, and points with their exact signed distances.
+//! Defines the reference shape in its frame, and points with their exact signed distances.
 
 mod pools;
 mod reference;

@@ -1,6 +1,6 @@
-//! Draws the points that a network is trained on, once per shape: on the surface, near it, and in its box.
+//! Draws the training points of a network, once per shape: on the surface, near it, and in its box.
 //!
-//! Every training of a shape sees the same points, with any labels and seed.
+//! Every training of a shape uses the same points, for any labels and seed.
 
 use super::reference::{Reference, ReferenceError};
 use partprobe_carrier::{
@@ -11,12 +11,12 @@ use partprobe_carrier::{
 const NEAR: [f64; 2] = [0.005, 0.02];
 /// The box of the uniform points, relative to the frame's cube.
 const BOX: f64 = 1.1;
-/// A winding number this far from 0 and from 1 decides nothing.
+/// A winding number that is farther than this from 0 and from 1 is undecided.
 const UNDECIDED: f64 = 0.25;
-/// More undecided points than this, in percent, and the surface counts as open.
+/// The surface counts as open if there are more undecided points than this, in percent.
 const MAX_OPEN_PERCENT: f64 = 2.0;
 
-/// How many points are drawn of each kind.
+/// The number of points of each kind.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PoolSizes {
     /// On the surface.
@@ -42,7 +42,7 @@ impl Default for PoolSizes {
 pub struct Pools {
     /// Points on the surface.
     pub surface: SurfacePoints,
-    /// Points near the surface: each is one of the surface points, moved at random.
+    /// Points near the surface. Each is one of the surface points, moved at random.
     pub near: OffSurfacePoints,
     /// Uniform points in the box.
     pub uniform: OffSurfacePoints,
@@ -51,7 +51,7 @@ pub struct Pools {
 /// Points on a surface.
 #[derive(Clone, Debug)]
 pub struct SurfacePoints {
-    /// The points in millimeters, with the triangles that they were drawn from: what a label source labels.
+    /// The points in millimeters, with the triangles from which they were drawn. A label source labels these points.
     pub sample: PointSample,
     pub(crate) positions: Vec<[f32; 3]>,
     pub(crate) normals: Vec<[f32; 3]>,
@@ -112,7 +112,7 @@ impl Pools {
     }
 }
 
-/// The points with their distances, and how many of them are neither inside nor outside.
+/// The points with their distances, and the number of undecided points.
 fn with_distances(reference: &Reference, points: &[Point]) -> (OffSurfacePoints, usize) {
     let frame = reference.frame();
     let in_millimeters: Vec<Point> = points

@@ -1,4 +1,4 @@
-//! A shape in the frame of the networks, which can be asked for signed distances and nearest triangles.
+//! Defines a shape in the frame of the networks, with its signed distances and nearest triangles.
 
 use super::winding::WindingTree;
 use partprobe_carrier::{Mesh, Point, PointSample, bounding_box, cross, dot};
@@ -24,14 +24,14 @@ impl Frame {
         std::array::from_fn(|axis| self.center[axis] + self.half * point[axis])
     }
 
-    /// The longest side of the shape, in millimeters: the unit of all reported distances.
+    /// The longest side of the shape, in millimeters. It is the unit of all reported distances.
     #[must_use]
     pub fn longest_side(&self) -> f64 {
         2.0 * self.half
     }
 }
 
-/// Why a shape cannot be fitted.
+/// The reason why a shape cannot be fitted.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ReferenceError {
@@ -41,7 +41,7 @@ pub enum ReferenceError {
     /// The shape is empty or flat in all directions.
     #[error("the shape has no extent; leave it out")]
     NoExtent,
-    /// The shape is a cloud: it has no inside.
+    /// The shape is a cloud, which has no inside.
     #[error("the shape is a point cloud, which has no inside; leave it out, or give a mesh")]
     Cloud,
     /// The shape has no volume, or is inside out.
@@ -52,7 +52,7 @@ pub enum ReferenceError {
         /// The signed volume.
         volume: f64,
     },
-    /// At many points it is not decided whether they are inside.
+    /// For many points, it is undecided whether they are inside.
     #[error(
         "the surface is not closed: {percent:.1} % of the box is neither inside nor outside; leave the shape out"
     )]
@@ -62,7 +62,7 @@ pub enum ReferenceError {
     },
 }
 
-/// A closed mesh, prepared for questions.
+/// A closed mesh that is prepared for queries.
 #[derive(Clone, Debug)]
 pub struct Reference {
     frame: Frame,
@@ -102,7 +102,7 @@ impl Reference {
             .iter()
             .map(|&[a, b, c]| dot(a, cross(b, c)) / 6.0)
             .sum();
-        // What a rounding leaves of a flat sheet is no volume.
+        // A tiny volume may be the rounding error of a flat sheet, and does not count.
         if volume <= 1e-9 * half.powi(3) {
             return Err(ReferenceError::Volume { volume });
         }
@@ -144,7 +144,7 @@ impl Reference {
 
     /// The signed distance of each point, in millimeters, negative inside, and its winding number.
     ///
-    /// The distance is exact. The sign is that of the winding number: inside from ½ on.
+    /// The distance is exact. The sign is that of the winding number: a point is inside if it is at least ½.
     #[must_use]
     pub fn signed_distances(&self, points: &[Point]) -> Vec<SignedDistance> {
         for_all(&queries(points), |query| {
@@ -163,12 +163,12 @@ impl Reference {
     }
 }
 
-/// What is known of a point in space.
+/// The distance and the winding number of a point in space.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SignedDistance {
     /// In millimeters, negative inside.
     pub distance: f64,
-    /// How often the surface goes around the point.
+    /// The number of times that the surface surrounds the point.
     pub winding_number: f64,
 }
 

@@ -1,15 +1,15 @@
-//! Computes generalized winding numbers: how often a mesh goes around a point. It is 1 inside of a closed mesh and 0 outside, and
-//! between them where the mesh has holes (Jacobson, Kavan, Sorkine-Hornung, "Robust inside-outside segmentation using
-//! generalized winding numbers", 2013).
+//! Computes generalized winding numbers: the number of times that a mesh surrounds a point. It is 1 inside of a closed mesh and 0
+//! outside, and between these values if the mesh has holes (Jacobson, Kavan, Sorkine-Hornung, "Robust inside-outside segmentation
+//! using generalized winding numbers", 2013).
 //!
 //! Triangles that are far away are replaced by one dipole (Barill et al., "Fast winding numbers for soups and clouds", 2018).
 
 use partprobe_carrier::{Point, centroid, cross, dot, norm, subtract};
 use std::f64::consts::PI;
 
-/// Triangles that a leaf of the tree has at most.
+/// The largest number of triangles in a leaf of the tree.
 const MAX_LEAF: usize = 8;
-/// A node is far away from this many radii on.
+/// A node counts as far away if its distance is at least this many radii.
 const FAR: f64 = 2.5;
 
 /// Triangles of a mesh, grouped by position.
@@ -28,7 +28,7 @@ struct Node {
     dipole: Point,
     first: u32,
     n_triangles: u32,
-    /// The second child; the first one follows the node. 0 for a leaf.
+    /// The index of the second child, or 0 for a leaf. The first child follows the node.
     second: u32,
 }
 

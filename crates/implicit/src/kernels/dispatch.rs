@@ -3,10 +3,10 @@
 use super::LANES;
 use macerator::{AutoArch, Scalar, Simd, WithSimd};
 
-/// Work that is compiled once for each kind of vector unit. `run` and all that it calls must be `#[inline(always)]`.
+/// Work that is compiled once per kind of vector unit. `run` and all functions that it calls must be `#[inline(always)]`.
 pub(crate) trait Kernel {
-    /// `LANES_AT_ONCE` is the number of [`Lane`](super::Lane)s of columns that a tile should hold: with wide vectors, there
-    /// are registers for several.
+    /// `LANES_AT_ONCE` is the number of [`Lane`](super::Lane)s of columns in a tile. With wide vectors, there are registers for
+    /// several.
     fn run<const LANES_AT_ONCE: usize>(self);
 }
 

@@ -1,6 +1,6 @@
 //! Computes sine, cosine, exponential and logistic functions of many numbers, without a call per number.
 
-/// Adding this rounds to a whole number, which the lowest bits then hold.
+/// Adding this number rounds to a whole number, which is then in the lowest bits.
 const ROUND: f32 = 12_582_912.0;
 
 /// Sine and cosine to about 2 ulp of 1, for arguments up to 10⁴.
@@ -9,7 +9,7 @@ const ROUND: f32 = 12_582_912.0;
 /// where Taylor's series are short.
 #[inline(always)]
 pub(crate) fn sine_and_cosine(x: f32) -> [f32; 2] {
-    /// π/2 in three pieces, the first two exact in few bits.
+    /// π/2 in three parts, of which the first two are exact in few bits.
     const HALF_PI: [f32; 3] = [1.570_312_5, 4.837_513e-4, 7.549_789_5e-8];
     let shifted = x.mul_add(std::f32::consts::FRAC_2_PI, ROUND);
     let n = shifted - ROUND;
@@ -46,7 +46,7 @@ pub(crate) fn sine_and_cosine(x: f32) -> [f32; 2] {
 /// e^x for x in −87..=0 to about 2 ulp: 2^n times a polynomial of the rest.
 #[inline(always)]
 pub(crate) fn exp_of_negative(x: f32) -> f32 {
-    /// ln 2 in two pieces, the first one exact in few bits.
+    /// ln 2 in two parts, of which the first one is exact in few bits.
     const LN_2: [f32; 2] = [0.693_359_4, -2.121_944_4e-4];
     let x = if x < -87.0 { -87.0 } else { x };
     let shifted = x.mul_add(std::f32::consts::LOG2_E, ROUND);

@@ -1,4 +1,4 @@
-//! Sums the outer products of pairs of rows: how a loss changes with a matrix.
+//! Sums the outer products of pairs of rows. This gives the derivative of a loss by a matrix.
 
 use super::panels::scaled_sum;
 use super::{LANES, Lane};
@@ -58,7 +58,7 @@ fn columns<const C: usize>(
     }
 }
 
-/// Defines the sum of outer products for some rows and C lanes of columns, each row's sums in a variable of their own.
+/// Defines the sum of outer products for some rows and C lanes of columns. The sums of each row are a separate variable.
 macro_rules! tile_of {
     ($name:ident, $n:literal, $($sums:ident = $row:literal),+) => {
         #[inline(always)]

@@ -6,7 +6,7 @@ use super::{LANES, Lane};
 /// lane, a processor with 16 registers of 8 numbers does.
 const ROWS: usize = 6;
 
-/// A matrix cut into panels of 16 columns, each stored row after row, the last one filled up with zeros.
+/// A matrix that is cut into panels of 16 columns. Each panel is stored row by row, and the last one is padded with zeros.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Panels {
     depth: usize,
@@ -108,7 +108,7 @@ fn columns<const C: usize>(x: &[f32], panels: &Panels, bias: &[f32], first: usiz
     }
 }
 
-/// Defines the product of some rows and the columns of C panels. The sums of each row are a variable of their own: of an array of
+/// Defines the product of some rows and the columns of C panels. The sums of each row are a separate variable. With an array of
 /// all sums, the compiler would write each change to memory.
 macro_rules! tile_of {
     ($name:ident, $n_rows:literal, $($sums:ident = $row:literal),+) => {
@@ -148,7 +148,7 @@ pub(super) fn scaled_sum<const C: usize>(a: f32, b: &[Lane; C], mut sums: [Lane;
     sums
 }
 
-/// Writes as many numbers as `target` has room for; whole lanes without a call.
+/// Writes as many numbers as fit into `target`. Whole lanes are written without a function call.
 #[inline(always)]
 fn store<const C: usize>(sums: &[Lane; C], target: &mut [f32]) {
     for (c, lane) in sums.iter().enumerate() {

@@ -1,8 +1,8 @@
-//! The functions that neurons apply, with their first and second derivatives.
+//! Computes the activation functions of neurons, with their first and second derivatives.
 
 use crate::kernels::{sigmoid_and_softplus, sine_and_cosine};
 
-/// What a neuron does with its weighted sum.
+/// The function that a neuron applies to its weighted sum.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Activation {
     /// sin(30 a).
@@ -14,7 +14,7 @@ pub(crate) enum Activation {
 /// The frequency of a sine (Sitzmann et al., "Implicit neural representations with periodic activation functions", 2020).
 pub(crate) const FREQUENCY: f32 = 30.0;
 
-/// How sharply softplus bends (Gropp et al., "Implicit geometric regularization for learning shapes", 2020).
+/// The sharpness of softplus (Gropp et al., "Implicit geometric regularization for learning shapes", 2020).
 const SHARPNESS: f32 = 100.0;
 
 impl Activation {

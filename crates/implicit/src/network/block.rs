@@ -1,16 +1,17 @@
-//! Takes a block of points through a trunk: forward, to the gradient by the position, and back from the derivatives of a loss
-//! by both.
+//! Computes a trunk for a block of points: the output, its gradient by the position, and the backward pass from the derivatives
+//! of a loss by both.
 //!
-//! Notation of the comments: layer l computes a = h·W + b and h′ = φ(a). The gradient pass starts with the output's weights
-//! and computes g ← (g ∘ φ′)·Wᵀ. A loss on the gradient goes back through this pass first, and what it says of a
-//! joins the ordinary way back. So a point whose gradient has a loss costs six matrix products per layer, and any other point
+//! Notation of the comments: layer l computes a = h·W + b and h′ = φ(a). The gradient pass starts with the output's weights and
+//! computes g ← (g ∘ φ′)·Wᵀ. A loss on the gradient first goes back through this pass, and its derivative by a is added in the
+//! ordinary backward pass. So a point whose gradient has a loss needs six matrix products per layer, and any other point needs
 //! three.
 
 use super::activation::Activation;
 use super::layout::{LAYERS, Layout};
 use crate::kernels::{Kernel, Panels, add_column_sums, add_outer_products, multiply, vectorized};
 
-/// Points of a block. It is a multiple of the rows of a tile, and the numbers of a block stay in the second-level cache.
+/// The number of points in a block. It is a multiple of the rows of a tile, and the numbers of a block fit into the second-level
+/// cache.
 pub(crate) const BLOCK: usize = 96;
 
 /// The weights in the order in which products read them.
@@ -74,8 +75,7 @@ impl PreparedNetwork {
     }
 }
 
-/// The numbers of one block on its way, and the sum of the gradients of the blocks before it. It is made once and used for
-/// many blocks.
+/// The numbers of one block, and the sum of the gradients of the previous blocks. It is allocated once and used for many blocks.
 #[derive(Clone, Debug)]
 pub(crate) struct Workspace {
     /// `[BLOCK, 3]`
@@ -130,12 +130,14 @@ impl Workspace {
         vectorized(Gradient(self, network));
     }
 
-    /// Adds what `by_gradient` says of the parameters. Leaves in `passed` what it says of the weighted sums.
+    /// Adds the derivatives by the parameters that follow from `by_gradient`. Stores the derivatives by the weighted sums in
+    /// `passed`.
     pub(crate) fn pull_back_gradient(&mut self, network: &PreparedNetwork) {
         vectorized(PullBackGradient(self, network));
     }
 
-    /// Adds what `by_output`, `by_last` and, if there was one, the loss on the gradient say of the parameters.
+    /// Adds the derivatives by the parameters that follow from `by_output`, `by_last` and, if there was one, the loss on the
+    /// gradient.
     pub(crate) fn backward(&mut self, network: &PreparedNetwork, parts: BackwardParts) {
         vectorized(Backward(self, network, parts));
     }
@@ -247,12 +249,12 @@ impl Workspace {
     }
 }
 
-/// What a block's loss depends on, besides the output.
+/// The inputs of a block's loss besides the output.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct BackwardParts {
-    /// `by_last` holds what the head says.
+    /// Whether `by_last` has the derivatives from the head.
     pub(crate) has_head: bool,
-    /// [`Workspace::pull_back_gradient`] was called.
+    /// Whether [`Workspace::pull_back_gradient`] was called.
     pub(crate) has_gradient: bool,
 }
 
@@ -306,7 +308,7 @@ fn add_to(target: &mut [f32], x: &[f32]) {
     }
 }
 
-/// The scalar product in 16 sums, which are then added in one order.
+/// The scalar product in 16 sums, which are then added in a fixed order.
 #[inline(always)]
 fn dot(a: &[f32], b: &[f32]) -> f32 {
     let (a, _) = a.as_chunks::<16>();

@@ -1,4 +1,4 @@
-//! The segmentation head: from the last hidden layer of a trunk to a score per label, by one hidden layer with ReLU.
+//! Computes the segmentation head: from the last hidden layer of a trunk to one score per label, by one hidden layer with ReLU.
 
 use super::block::{BLOCK, PreparedNetwork, Workspace};
 use super::layout::{HEAD_WIDTH, Layout};
@@ -11,7 +11,7 @@ use crate::kernels::{
 pub(crate) struct HeadRows {
     hidden: Vec<f32>,
     by_hidden: Vec<f32>,
-    /// A score per label and, after [`Workspace::cross_entropy`], the derivative of the loss by it; `[BLOCK, label_columns]`.
+    /// One score per label and, after [`Workspace::cross_entropy`], the derivative of the loss by it, `[BLOCK, label_columns]`.
     scores: Vec<f32>,
 }
 
@@ -59,7 +59,7 @@ impl Workspace {
         self.head = head;
     }
 
-    /// The label with the highest score of each point; the lowest of equals.
+    /// The label with the highest score of each point. If several are equal, it is the lowest one.
     pub(super) fn best_labels(&self, layout: &Layout) -> impl Iterator<Item = u32> {
         let n_labels = layout.n_labels;
         let rows = self.head.scores.chunks_exact(layout.label_columns().max(1));
@@ -74,8 +74,8 @@ impl Workspace {
         })
     }
 
-    /// The weighted cross-entropy of the block, the derivative of it in the head's sums, and in `by_last` what it says of the last
-    /// hidden layer. A negative label has no loss.
+    /// The weighted cross-entropy of the block. Adds its derivatives to the head's sums, and stores the derivatives by the last
+    /// hidden layer in `by_last`. A negative label has no loss.
     pub(crate) fn cross_entropy(
         &mut self,
         network: &PreparedNetwork,
@@ -169,7 +169,7 @@ impl Kernel for CrossEntropy<'_> {
 }
 
 impl HeadRows {
-    /// What stays in place of the rows while they are worked on; it allocates nothing.
+    /// A placeholder for the rows while they are in use. It allocates nothing.
     fn empty() -> Self {
         Self {
             hidden: Vec::new(),

@@ -1,4 +1,4 @@
-//! A network with its weights, which can be asked for distances and labels anywhere.
+//! Defines a network with its weights, which computes distances and labels at any position.
 
 use super::block::{BLOCK, PreparedNetwork, Workspace};
 use super::initial::initial_parameters;
@@ -6,7 +6,7 @@ use super::layout::Layout;
 use super::trunk::Trunk;
 use rayon::prelude::*;
 
-/// Blocks that one thread takes at a time.
+/// The number of blocks that one thread processes at a time.
 const BLOCKS_AT_ONCE: usize = 16;
 
 /// A trunk with its head, and their weights.
@@ -38,13 +38,13 @@ impl Network {
         self.trunk
     }
 
-    /// How many labels the head tells apart; 0 without a head.
+    /// The number of labels of the head. It is 0 without a head.
     #[must_use]
     pub fn n_labels(&self) -> usize {
         self.n_labels
     }
 
-    /// The weights of the trunk: per layer its matrix, row by row from an input to all neurons, and its biases.
+    /// The weights of the trunk: for each layer, its matrix, with one row per input, and its biases.
     #[must_use]
     pub fn trunk_parameters(&self) -> &[f32] {
         &self.parameters[..self.layout().n_trunk_parameters()]
@@ -77,7 +77,7 @@ impl Network {
         })
     }
 
-    /// The label at each position; all 0 without a head.
+    /// The label at each position. All labels are 0 without a head.
     #[must_use]
     pub fn labels(&self, positions: &[[f32; 3]]) -> Vec<u32> {
         if self.n_labels == 0 {
@@ -105,7 +105,7 @@ impl Network {
         self.parameters = parameters;
     }
 
-    /// Calls `work` for each block of positions; the results are in their order.
+    /// Calls `work` for each block of positions. The results are in their order.
     fn for_blocks<T: Send>(
         &self,
         positions: &[[f32; 3]],
@@ -130,7 +130,7 @@ impl Network {
 }
 
 impl Workspace {
-    /// Takes up to [`BLOCK`] positions; the rest of the block is at the origin.
+    /// Stores up to [`BLOCK`] positions. The rest of the block is at the origin.
     fn place(&mut self, positions: &[[f32; 3]]) {
         self.positions.fill(0.0);
         for (target, position) in self.positions.iter_mut().zip(positions.iter().flatten()) {

@@ -6,10 +6,10 @@ use super::trunk::Trunk;
 use partprobe_carrier::{keyed_rng, unit_interval};
 use std::f64::consts::PI;
 
-/// The radius of the sphere that a softplus trunk starts from, in units of half the longest side of the shape.
+/// The radius of the sphere with which a softplus trunk starts, in units of half the longest side of the shape.
 const RADIUS: f32 = 0.5;
 
-/// The initial parameters. Those of the trunk depend on the seed alone, those of the head on the number of labels too.
+/// The initial parameters. Those of the trunk depend only on the seed. Those of the head also depend on the number of labels.
 pub(super) fn initial_parameters(trunk: Trunk, n_labels: usize, seed: u64) -> Vec<f32> {
     let layout = Layout::new(trunk.width(), n_labels);
     let mut parameters = vec![0.0; layout.n_parameters()];
@@ -23,7 +23,8 @@ pub(super) fn initial_parameters(trunk: Trunk, n_labels: usize, seed: u64) -> Ve
     parameters
 }
 
-/// SIREN's own: the first layer from ±1/in, the others from ±√(6/in)/30, so that sums keep their spread from layer to layer.
+/// The initialization of SIREN: the first layer is uniform in ±1/in, and the others in ±√(6/in)/30, so that sums have the same
+/// spread in all layers.
 fn draw_sines(layout: &Layout, seed: u64, parameters: &mut [f32]) {
     let mut rng = keyed_rng(seed, &["implicit", "trunk"]);
     let mut draw = |values: &mut [f32], most: f64| {
@@ -72,7 +73,7 @@ fn draw_sphere(layout: &Layout, seed: u64, parameters: &mut [f32]) {
     parameters[layout.output_bias()] = -RADIUS;
 }
 
-/// Uniform weights that keep the spread of what goes through a ReLU (He et al. 2015).
+/// Uniform weights that preserve the spread of values through a ReLU (He et al. 2015).
 fn draw_head(layout: &Layout, seed: u64, parameters: &mut [f32]) {
     let mut rng = keyed_rng(seed, &["implicit", "head"]);
     let mut draw = |depth: usize| {

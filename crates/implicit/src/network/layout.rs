@@ -1,4 +1,4 @@
-//! Says where each weight is in the vector of all parameters.
+//! Defines the position of each weight in the vector of all parameters.
 
 use crate::kernels::LANES;
 use std::ops::Range;
@@ -9,11 +9,12 @@ pub(crate) const LAYERS: usize = 5;
 /// Neurons of the head's hidden layer.
 pub(crate) const HEAD_WIDTH: usize = 64;
 
-/// The order of the parameters: per layer its weights `[in, out]` and biases, the output's weights and bias, then the head.
+/// The order of the parameters: for each layer its weights `[in, out]` and biases, then the output's weights and bias, and then
+/// the head.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Layout {
     pub(crate) width: usize,
-    /// Labels that the head tells apart; 0 for no head.
+    /// The number of labels of the head, or 0 without a head.
     pub(crate) n_labels: usize,
 }
 
@@ -22,7 +23,7 @@ impl Layout {
         Self { width, n_labels }
     }
 
-    /// The numbers that go into a layer.
+    /// The number of inputs of a layer.
     pub(crate) fn depth(&self, layer: usize) -> usize {
         if layer == 0 { 3 } else { self.width }
     }
@@ -51,7 +52,7 @@ impl Layout {
         self.output_bias() + 1
     }
 
-    /// Columns of the head's output: the labels, filled up to whole lanes with columns that nothing reads.
+    /// The number of columns of the head's output: the labels, padded to whole lanes with unused columns.
     pub(crate) fn label_columns(&self) -> usize {
         self.n_labels.next_multiple_of(LANES)
     }

@@ -1,4 +1,4 @@
-//! The networks: their sizes, their weights, and how a block of points goes through them, forward and back.
+//! Defines the networks: their sizes, their weights, and the forward and backward passes for a block of points.
 
 mod activation;
 mod block;

@@ -15,7 +15,7 @@ pub enum Trunk {
     Siren128x4,
     /// Sines, 64 neurons per layer: for tests and quick looks.
     Siren64x4,
-    /// Softplus with β = 100, 128 neurons per layer, whose first guess is a sphere.
+    /// Softplus with β = 100, 128 neurons per layer. Its initial surface is a sphere.
     Softplus128x4,
 }
 
@@ -37,7 +37,7 @@ impl Trunk {
         Self::Softplus128x4,
     ];
 
-    /// The name in configs and tables.
+    /// Its name in configs and tables.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -48,7 +48,7 @@ impl Trunk {
         }
     }
 
-    /// Neurons of each layer.
+    /// The number of neurons of each layer.
     #[must_use]
     pub fn width(self) -> usize {
         match self {
@@ -58,7 +58,7 @@ impl Trunk {
         }
     }
 
-    /// Weights and biases, without the segmentation head.
+    /// The number of weights and biases, without the segmentation head.
     #[must_use]
     pub fn n_parameters(self) -> usize {
         Layout::new(self.width(), 0).n_trunk_parameters()

@@ -1,6 +1,6 @@
-//! How far labels agree with those of their neighborhood, without a reference.
+//! Measures the agreement of labels with those of their neighborhood, without a reference.
 //!
-//! The paper reports a consistency and does not define it. Here are two: among neighbors on the surface, and across the
+//! The paper reports a consistency and does not define it. This module has two: among neighbors on the surface, and across the
 //! surface.
 
 use super::reconstruction::Reconstruction;
@@ -10,18 +10,18 @@ use partprobe_carrier::PointSample;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
-/// Neighbors of a point.
+/// The number of neighbors of a point.
 const NEIGHBORS: usize = 16;
 /// The cosine of the largest angle between the normals of neighbors, 30°.
 const MIN_COSINE: f32 = 0.866_025_4;
-/// Points whose neighbors are asked: every so many-th point, so that there are about 20 000.
+/// The approximate number of points whose neighbors are compared. They are evenly spaced in the sample.
 const ASKED: usize = 20_000;
-/// How far above and below the surface labels are asked, in units of the longest side.
+/// The distance above and below the surface at which labels are compared, in units of the longest side.
 const OFFSET: f32 = 0.005;
 
 /// The mean fraction of the 16 nearest points with a normal within 30° that have the same label as a point (`cons_knn`).
 ///
-/// Asked of about 20 000 points, evenly over the sample.
+/// It is computed for about 20 000 points, which are evenly spaced in the sample.
 #[must_use]
 pub fn cons_knn(sample: &PointSample, labels: &[u32]) -> f64 {
     let grid = Grid::new(sample);
@@ -67,7 +67,7 @@ pub fn cons_normal(
     (agreeing[0] + agreeing[1]) as f64 / (2 * positions.len()).max(1) as f64
 }
 
-/// Points in cubic cells whose side is the radius in which neighbors are looked for.
+/// Points in cubic cells whose side is the radius in which neighbors are searched.
 struct Grid<'a> {
     sample: &'a PointSample,
     cells: BTreeMap<[i32; 3], Vec<u32>>,
@@ -76,7 +76,7 @@ struct Grid<'a> {
 
 impl<'a> Grid<'a> {
     fn new(sample: &'a PointSample) -> Self {
-        // A guess of the area is that of the bounding box; on an area A, a disk with n of N points has the radius √(nA/πN).
+        // The area is estimated by that of the bounding box. On an area A, a disk with n of N points has the radius √(nA/πN).
         let (mut low, mut high) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
         for point in &sample.points {
             for axis in 0..3 {

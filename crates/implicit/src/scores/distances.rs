@@ -1,8 +1,7 @@
-//! Distances, F-score and normal consistency of two surfaces.
+//! Computes distances, F-score and normal consistency of two surfaces.
 //!
-//! The first three are exact: from points to triangles, so that a surface that is compared with itself scores 0, 1 and 1.
-//! Those from points to points are what published code computes. Of two samples of one surface, they are not 0 and 1, but their
-//! sampling floor.
+//! The scores from points to triangles are exact: a surface that is compared with itself scores 0, 1 and 1. Published code
+//! computes the scores from points to points. For two samples of one surface, these are not 0 and 1, but the sampling floor.
 
 use super::reconstruction::{Reconstruction, positions};
 use crate::geometry::Reference;
@@ -14,7 +13,7 @@ use partprobe_transfer::{
 /// Points that are nearer than this count in the F-score, in units of the longest side.
 const NEAR: f64 = 0.005;
 
-/// How near two surfaces are. Distances are in units of the longest side of the reference.
+/// The scores of two surfaces. Distances are in units of the longest side of the reference.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfaceScores {
     /// The mean distance from one surface to the other, in both directions, halved.
@@ -25,15 +24,15 @@ pub struct SurfaceScores {
     pub nc: f64,
 }
 
-/// The same from points to points, as published code computes it: each surface is scaled to its own bounding box, and the
-/// absolute value of the normal consistency is taken for each coordinate.
+/// The same from points to points, as in published code: each surface is scaled to its own bounding box, and the absolute value
+/// of the normal consistency is taken for each coordinate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PointScores {
     /// See [`SurfaceScores::cdl1`].
     pub cdl1: f64,
     /// See [`SurfaceScores::f1`].
     pub f1: f64,
-    /// See [`SurfaceScores::nc`]; random normals score 0.75.
+    /// See [`SurfaceScores::nc`]. Random normals score 0.75.
     pub nc: f64,
 }
 
@@ -73,7 +72,7 @@ pub fn surface_scores(
     Ok((exact, by_points))
 }
 
-/// What two samples of the reference score against each other, from points to points.
+/// The scores of two samples of the reference against each other, from points to points.
 ///
 /// # Errors
 /// If a coordinate is not finite.
@@ -214,7 +213,7 @@ mod tests {
         let (exact, by_points) =
             surface_scores(&moved(&mesh, &reference, 0.0), &reference, &sample).unwrap();
         assert!(exact.cdl1 < 1e-7 && exact.f1 == 1.0, "{exact:?}");
-        // A point at an edge may take the normal of the other side.
+        // A point at an edge may get the normal of the other side.
         assert!(exact.nc > 0.999);
         let floor = sampling_floor(
             &reference,
@@ -238,8 +237,8 @@ mod tests {
         let sample = reference_sample(&reference, 20_000, "box", 0);
         let (exact, by_points) =
             surface_scores(&moved(&mesh, &reference, 0.2), &reference, &sample).unwrap();
-        // Of six sides, two are 0.1 of the longest side away. Of the other four, a tenth lies beyond the other box, half as far in
-        // the mean.
+        // Of six sides, two are 0.1 of the longest side away. Of the other four, a tenth is beyond the other box, at half of this
+        // distance on average.
         assert!(
             exact.cdl1 > 0.1 / 3.0 && exact.cdl1 < 0.1 / 3.0 + 0.01,
             "{exact:?}"

@@ -1,4 +1,4 @@
-//! Scores labels that share their numbers with the reference, so that nothing needs to be matched.
+//! Scores labels with the same numbers as the reference, so no matching is needed.
 
 /// The scores of predicted labels, each from 0 to 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -9,7 +9,7 @@ pub struct LabelScores {
     pub accuracy: f64,
 }
 
-/// Compares labels point by point; points with a negative reference label are ignored. Returns `None` if no point is labeled.
+/// Compares labels point by point. Points with a negative reference label are ignored. Returns `None` if no point is labeled.
 #[must_use]
 pub fn shared_label_scores(predicted: &[u32], reference: &[i32]) -> Option<LabelScores> {
     let most = reference.iter().copied().max().filter(|&most| most >= 0)?;

@@ -1,4 +1,4 @@
-//! The surface of a network in millimeters, with points on it and the nearest points of the reference.
+//! Defines the surface of a network in millimeters, with points on it and the nearest points of the reference.
 
 use crate::geometry::Reference;
 use crate::network::Network;
@@ -11,7 +11,7 @@ use partprobe_transfer::Nearest;
 pub struct Reconstruction {
     /// The triangles, in millimeters.
     pub mesh: Mesh,
-    /// The label of each triangle, at its centroid; all 0 without a head.
+    /// The label of each triangle, at its centroid. All labels are 0 without a head.
     pub label_of_triangle: Vec<i32>,
     /// Points on it, in millimeters.
     pub sample: PointSample,
@@ -51,7 +51,7 @@ impl Reconstruction {
             .map_err(|_| SurfaceError::Empty)?;
         let labels = network.labels(&reference.in_frame(&sample));
         let nearest = reference.nearest(&positions(&sample));
-        // A reference has at least one triangle, which is near any point.
+        // A reference has at least one triangle, so every point has a nearest one.
         let nearest: Vec<Nearest> = nearest.into_iter().flatten().collect();
         Ok(Self {
             mesh,
@@ -62,7 +62,7 @@ impl Reconstruction {
         })
     }
 
-    /// The points with the nearest triangles of the reference instead of their own: what a label source labels.
+    /// The points with the nearest triangles of the reference instead of their own. A label source can label these points.
     #[must_use]
     pub fn projected(&self) -> PointSample {
         PointSample {
@@ -72,7 +72,7 @@ impl Reconstruction {
     }
 }
 
-/// Points on the reference, in millimeters. `key` names the shape; `index` tells samples of one shape apart.
+/// Points on the reference, in millimeters. `key` names the shape, and `index` distinguishes samples of one shape.
 #[must_use]
 pub fn reference_sample(
     reference: &Reference,

@@ -1,8 +1,9 @@
 //! Cuts a cube whose corners are inside or outside of a surface (Lorensen and Cline, "Marching cubes", 1987).
 //!
-//! The cases are derived, not listed. On each side of the cube, lines separate the corners inside from those outside. Where
-//! two opposite corners of a side are inside and the other two are not, each of the inside ones is cut off alone. Both cubes at
-//! the side decide alike, so that the surface has no gaps. The lines of the six sides form loops, which are divided into triangles.
+//! The cases are computed and not listed. On each side of the cube, lines separate the inside corners from the outside corners.
+//! If two opposite corners of a side are inside and the other two are not, each of the inside ones is cut off separately. Both
+//! cubes at the side use the same rule, so the surface has no gaps. The lines of the six sides form loops, which are divided into
+//! triangles.
 
 /// The corners of the cube: bit 0 of the index is x, bit 1 is y, bit 2 is z.
 pub(super) const CORNERS: usize = 8;
@@ -49,13 +50,13 @@ fn edge(a: u8, b: u8) -> Edge {
     }
 }
 
-/// The lines on the sides, from edge to edge. They run so that the normals of the triangles point to the outside of
+/// The lines on the sides, from edge to edge. Their direction is such that the normals of the triangles point to the outside of
 /// the surface.
 fn lines(case: u8) -> Vec<[Edge; 2]> {
     let is_inside = |corner: u8| case >> corner & 1 == 1;
     let mut lines = Vec::new();
     for side in SIDES {
-        // Walking around the side, an edge where the surface is entered, and the one where it is left.
+        // In a walk around the side, these are an edge that enters the surface and the next edge that leaves it.
         let at = |i: usize| side[i % 4];
         for i in 0..4 {
             if is_inside(at(i)) || !is_inside(at(i + 1)) {
@@ -124,7 +125,7 @@ mod tests {
         assert_eq!(cases.triangles(0).len() + cases.triangles(255).len(), 0);
         assert_eq!(cases.triangles(1).len(), 1);
         assert_eq!(cases.triangles(0b0000_1111).len(), 2);
-        // Two opposite corners of a side are cut off alone.
+        // Two opposite corners of a side are cut off separately.
         assert_eq!(cases.triangles(0b0000_1001).len(), 2);
     }
 }

@@ -1,8 +1,8 @@
 //! Finds the triangles of a surface.
 //!
-//! The distance at the middle of each of 32³ coarse cells comes first. Where it is more than twice the cell's radius, the cell
-//! is left out. A neighbor of a cell that the surface leaves is taken in again, so that the surface has no holes, however
-//! wrong the distances are.
+//! First, the distance is computed at the middle of each of 32³ coarse cells. If it is more than twice the cell's radius, the
+//! cell is left out. If the surface leaves a cell, the neighbor there is added again. So the surface has no holes, even if the
+//! distances are wrong.
 
 use super::cube::{CORNERS, Cases, Edge};
 use super::grid::{COARSE, Resolution, coarse_center, coarse_radius};
@@ -10,30 +10,30 @@ use crate::network::Network;
 use partprobe_carrier::{Mesh, Point};
 use std::collections::HashMap;
 
-/// A coarse cell is left out if the surface is farther away than this many of its radii. A distance that is learned
-/// has a slope of about 1; up to 2, nothing is missed.
+/// A coarse cell is left out if the surface is farther away than this many of its radii. A learned distance has a slope of about
+/// 1. If the slope is at most 2, nothing is missed.
 const MARGIN: f32 = 2.0;
 
-/// A vertex is at least this fraction of a cell away from a grid point, so that no two vertices are the same where a distance is
+/// The smallest distance of a vertex from a grid point, as a fraction of a cell. So vertices do not coincide if a distance is
 /// exactly 0.
 const LEAST: f64 = 1e-4;
 
-/// Why a network has no surface.
+/// The reason why a network has no surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SurfaceError {
     /// The distance is never 0.
     #[error("the network has no surface: its distance has the same sign everywhere; train longer")]
     Empty,
-    /// A distance is not a number.
+    /// A distance is NaN.
     #[error("the network's distance is not a number; lower the learning rate")]
     NotANumber,
 }
 
-/// The surface of a network, in its frame. Its normals point outward, and it is closed but for the border of the grid, which is a
-/// little outside of the frame's cube.
+/// The surface of a network, in its frame. Its normals point outward. It is closed except at the border of the grid, which is
+/// slightly outside of the frame's cube.
 ///
-/// Cost: a distance per point of the grid near the surface, on the threads of the current pool.
+/// Cost: one distance per point of the grid near the surface, on the threads of the current pool.
 ///
 /// # Errors
 /// If there is no surface.
@@ -46,9 +46,9 @@ pub fn surface(network: &Network, resolution: Resolution) -> Result<Mesh, Surfac
 struct Narrowed<F> {
     resolution: Resolution,
     distances: F,
-    /// Per grid point; NaN where it is not known.
+    /// One value per grid point. It is NaN if it is not known.
     values: Vec<f32>,
-    /// Per coarse cell.
+    /// Whether each coarse cell is active.
     is_active: Vec<bool>,
 }
 
@@ -71,7 +71,7 @@ impl<F: Fn(&[[f32; 3]]) -> Vec<f32>> Narrowed<F> {
         let mut waiting: Vec<usize> = (0..found.len())
             .filter(|&cell| narrowed.is_active[cell])
             .collect();
-        // Where the sign changes between two middles, there is a surface, whatever the distances are.
+        // If the sign changes between two middles, there is a surface between them, for any distances.
         waiting.extend(narrowed.where_signs_change(&found));
         while !waiting.is_empty() {
             narrowed.compute(&waiting)?;
@@ -80,7 +80,7 @@ impl<F: Fn(&[[f32; 3]]) -> Vec<f32>> Narrowed<F> {
         Ok(narrowed)
     }
 
-    /// Cells without values that have another sign than a neighbor; they are active from here on.
+    /// Cells without values that have another sign than a neighbor. They are made active.
     fn where_signs_change(&mut self, found: &[f32]) -> Vec<usize> {
         let mut added = Vec::new();
         for cell in 0..found.len() {
@@ -102,7 +102,7 @@ impl<F: Fn(&[[f32; 3]]) -> Vec<f32>> Narrowed<F> {
             for grid_point in self.points_of(cell) {
                 let index = self.resolution.point(grid_point);
                 if self.values[index].is_nan() {
-                    // Any number marks the point as taken.
+                    // Any number marks the point as used.
                     self.values[index] = 0.0;
                     points.push(index);
                     positions.push(grid_point.map(|x| self.resolution.coordinate(x)));
@@ -119,7 +119,7 @@ impl<F: Fn(&[[f32; 3]]) -> Vec<f32>> Narrowed<F> {
         Ok(())
     }
 
-    /// Cells that are left out although the surface enters them from a neighbor; they are active from here on.
+    /// Cells that are left out although the surface enters them from a neighbor. They are made active.
     fn cells_that_are_missing(&mut self) -> Vec<usize> {
         let mut missing = Vec::new();
         for cell in (0..self.is_active.len()).filter(|&cell| !self.is_active[cell]) {
@@ -141,7 +141,7 @@ impl<F: Fn(&[[f32; 3]]) -> Vec<f32>> Narrowed<F> {
         missing
     }
 
-    /// The grid points of a coarse cell, those of its border included.
+    /// The grid points of a coarse cell, including those of its border.
     fn points_of(&self, cell: usize) -> impl Iterator<Item = [usize; 3]> + use<F> {
         let per_coarse = self.resolution.per_coarse();
         let first = cell_of(cell).map(|index| index * per_coarse);
@@ -191,7 +191,7 @@ impl<F: Fn(&[[f32; 3]]) -> Vec<f32>> Narrowed<F> {
         }
     }
 
-    /// The vertex on an edge of the grid, where the distance is 0 if it is linear.
+    /// The vertex on an edge of the grid, at the zero of the linearly interpolated distance.
     fn vertex(&self, from: [usize; 3], edge: Edge, builder: &mut Builder) -> u32 {
         let axis = usize::from(edge.axis);
         let start = self.resolution.point(from);
@@ -266,7 +266,7 @@ mod tests {
         assert!(mesh.vertices.iter().all(|&x| (norm(x) - 0.8).abs() < 2e-3));
     }
 
-    /// Small gaps, thin walls and saddles, with distances that are far from true: nothing is lost, and the surface is closed.
+    /// Small gaps, thin walls and saddles with very wrong distances: nothing is lost, and the surface is closed.
     #[test]
     fn narrowing_loses_nothing() {
         let waves = |[x, y, z]: [f32; 3]| {

@@ -1,30 +1,31 @@
-//! The grid on which a distance is computed, and which of its cells can be left out.
+//! Defines the grid on which a distance is computed, and its coarse cells.
 
-/// Cells of the grid along each axis.
+/// The number of cells of the grid along each axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Resolution(usize);
 
-/// Coarse cells along each axis, by which the grid is narrowed.
+/// The number of coarse cells along each axis.
 pub(super) const COARSE: usize = 32;
 
-/// The cube of the grid, relative to the frame's cube: the surface of a network may lie a little outside of its shape.
+/// The size of the grid's cube relative to the frame's cube. It is larger because the surface of a network may be slightly
+/// outside of its shape.
 pub(super) const EXTENT: f32 = 1.1;
 
 impl Resolution {
-    /// A resolution of so many cells; a multiple of 32, from 32 to 512.
+    /// A resolution of this number of cells. It must be a multiple of 32, from 32 to 512.
     #[must_use]
     pub fn new(n_cells: usize) -> Option<Self> {
         let fits = n_cells.is_multiple_of(COARSE) && (COARSE..=512).contains(&n_cells);
         fits.then_some(Self(n_cells))
     }
 
-    /// Cells along each axis.
+    /// The number of cells along each axis.
     #[must_use]
     pub fn n_cells(self) -> usize {
         self.0
     }
 
-    /// Cells of a coarse cell along each axis.
+    /// The number of cells of a coarse cell along each axis.
     pub(super) fn per_coarse(self) -> usize {
         self.0 / COARSE
     }

@@ -1,4 +1,4 @@
-//! The surface of a network as a mesh: where its distance is 0.
+//! Extracts the surface of a network, where its distance is 0, as a mesh.
 
 mod cube;
 mod extract;

@@ -1,4 +1,4 @@
-//! Adam without weight decay (Kingma and Ba 2015), whose step falls along a half cosine.
+//! Implements Adam without weight decay (Kingma and Ba 2015). Its step decreases along a half cosine.
 
 /// The state of Adam: the running means of the gradient and of its squares.
 #[derive(Clone, Debug)]
@@ -10,7 +10,7 @@ pub(super) struct Adam {
 
 /// The decay of the two running means.
 const BETA: [f32; 2] = [0.9, 0.999];
-/// What keeps the division away from 0.
+/// A small number that prevents a division by 0.
 const EPSILON: f32 = 1e-8;
 
 impl Adam {
@@ -42,7 +42,7 @@ pub(super) fn learning_rate(first: f64, last: f64, index: usize, n: usize) -> f6
     last + 0.5 * (first - last) * (1.0 + libm::cos(std::f64::consts::PI * done))
 }
 
-/// Scales a gradient down to a norm; 0 for any norm.
+/// Scales a gradient down to a norm. A value of 0 means no limit.
 pub(super) fn clip(gradient: &mut [f32], most: f64) {
     let norm = gradient
         .iter()

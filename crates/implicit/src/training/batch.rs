@@ -4,7 +4,7 @@ use crate::geometry::Pools;
 use crate::network::BLOCK;
 use partprobe_carrier::{Rng, unit_interval};
 
-/// Where a point of an update comes from.
+/// The kind of a point of an update.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
     Surface,

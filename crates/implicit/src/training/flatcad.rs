@@ -1,4 +1,4 @@
-//! The losses of mode `flatcad` (Yin et al., "FlatCAD", 2025, with the weights of its published code).
+//! Computes the losses of mode `flatcad` (Yin et al., "FlatCAD", 2025, with the weights of its published code).
 //!
 //! Distances are those of the frame, in which the longest side is 2. The published code divides by the largest coordinate after
 //! centering at the mean of the points, which is nearly the same.
@@ -10,12 +10,12 @@ use crate::network::{BLOCK, BackwardParts};
 
 /// The step of the differences.
 const STEP: f32 = 0.05;
-/// How fast the penalty on small distances falls away from the surface.
+/// The rate at which the penalty on small distances decreases away from the surface.
 const DECAY: f32 = 100.0;
 /// The signs of the four points around a point, along the two tangents.
 const CORNERS: [[f32; 2]; 4] = [[1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]];
 
-/// The weight of the off-diagonal loss: constant at first, then falling, and 0 at the end.
+/// The weight of the off-diagonal loss: first constant, then decreasing, and 0 at the end.
 pub(super) fn off_diagonal_weight(done: f64) -> f64 {
     const LEVELS: [(f64, f64); 4] = [(0.0, 10.0), (0.2, 10.0), (0.5, 0.001), (1.0, 0.0)];
     let after = LEVELS
@@ -27,7 +27,7 @@ pub(super) fn off_diagonal_weight(done: f64) -> f64 {
 }
 
 impl Task {
-    /// The distance at the surface is 0.
+    /// The losses at the surface: the distance should be 0.
     pub(super) fn flatcad_surface(&mut self, shared: &Shared<'_>) -> bool {
         let factors = &shared.factors;
         for (&output, by_output) in self.main.outputs.iter().zip(&mut self.main.by_output) {
@@ -37,7 +37,7 @@ impl Task {
         false
     }
 
-    /// Away from the surface, the distance is not 0 and its gradient has the length 1.
+    /// The losses away from the surface: the distance should not be 0, and its gradient should have the length 1.
     pub(super) fn flatcad_uniform(&mut self, shared: &Shared<'_>) -> bool {
         let (work, factors) = (&mut self.main, &shared.factors);
         for (&output, by_output) in work.outputs.iter().zip(&mut work.by_output) {
@@ -49,8 +49,8 @@ impl Task {
         true
     }
 
-    /// Near the surface, the gradient has the length 1, and along two random orthogonal tangents u and v the mixed second
-    /// derivative uᵀHv is 0. It is a difference of four values, and the tangents are taken as constants.
+    /// The losses near the surface: the gradient should have the length 1, and for two random orthogonal tangents u and v, the
+    /// mixed second derivative uᵀHv should be 0. It is a difference of four values, and the tangents are treated as constants.
     pub(super) fn flatcad_near(&mut self, block: &Block, shared: &Shared<'_>) -> bool {
         self.main.by_output.fill(0.0);
         self.add_eikonal(shared);
@@ -99,7 +99,7 @@ impl Task {
         true
     }
 
-    /// The length of the gradient is 1; both modes ask for it.
+    /// The loss of both modes for the length of the gradient, which should be 1.
     pub(super) fn add_eikonal(&mut self, shared: &Shared<'_>) {
         let (work, factors) = (&mut self.main, &shared.factors);
         work.gradient(shared.network);

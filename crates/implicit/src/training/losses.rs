@@ -1,4 +1,4 @@
-//! The terms of a loss, each a mean over its points before it is weighted.
+//! Defines the terms of a loss. Before weighting, each one is a mean over its points.
 
 use std::ops::AddAssign;
 
@@ -7,7 +7,7 @@ use std::ops::AddAssign;
 pub struct Losses {
     /// The distance at points of the surface.
     pub surface: f64,
-    /// What is wrong with the distance away from the surface.
+    /// The error of the distance away from the surface.
     pub off_surface: f64,
     /// 1 − cosine of the angle between gradient and normal at points of the surface.
     pub normal: f64,
@@ -39,7 +39,7 @@ pub(super) struct Factors {
     pub(super) eikonal: f64,
     pub(super) off_diagonal: f64,
     pub(super) segmentation: f64,
-    /// 1 / the number of points of each term, for the means that are reported.
+    /// 1 / the number of points of each term, for the reported means.
     pub(super) means: Means,
 }
 
@@ -89,7 +89,7 @@ pub(super) fn normal(
     f64::from(1.0 - cosine)
 }
 
-/// The length of a gradient; a little more than 0 where there is none, so that one can divide by it.
+/// The length of a gradient. It is slightly more than 0 for a zero gradient, so that a division by it is possible.
 pub(super) fn length_of(gradient: &[f32]) -> f32 {
     let squared: f32 = gradient.iter().map(|x| x * x).sum();
     squared.sqrt().max(1e-8)

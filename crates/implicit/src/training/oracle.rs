@@ -1,4 +1,4 @@
-//! The losses of mode `oracle-sdf`: exact signed distances.
+//! Computes the losses of mode `oracle-sdf`: exact signed distances.
 //!
 //! Distances are in units of the longest side of the shape: half the output of the network.
 
@@ -6,11 +6,11 @@ use super::batch::Block;
 use super::losses::{eikonal, normal, sign};
 use super::task::{Shared, Task};
 
-/// Distances beyond this are not fitted: of them, only the side counts. In units of the longest side.
+/// Larger distances than this are not fitted: only their sign counts. It is in units of the longest side.
 const CLAMP: f32 = 0.1;
 
 impl Task {
-    /// The distance at the surface is 0, the gradient is the normal, and its length is 1.
+    /// The losses at the surface: the distance should be 0, the gradient should be the normal, and its length should be 1.
     pub(super) fn oracle_surface(&mut self, block: &Block, shared: &Shared<'_>) -> bool {
         let (work, factors) = (&mut self.main, &shared.factors);
         work.gradient(shared.network);
@@ -34,13 +34,13 @@ impl Task {
         true
     }
 
-    /// The distance is that of the mesh.
+    /// The loss near the surface: the distance should be that of the mesh.
     pub(super) fn oracle_near(&mut self, block: &Block, shared: &Shared<'_>) -> bool {
         self.fit_distances(&shared.pools.near.distances, block, shared);
         false
     }
 
-    /// The distance is that of the mesh, and the length of its gradient is 1.
+    /// The losses in the box: the distance should be that of the mesh, and the length of its gradient should be 1.
     pub(super) fn oracle_uniform(&mut self, block: &Block, shared: &Shared<'_>) -> bool {
         self.fit_distances(&shared.pools.uniform.distances, block, shared);
         self.add_eikonal(shared);
@@ -58,8 +58,8 @@ impl Task {
     }
 }
 
-/// The difference between a distance and the exact one. Where the exact one is beyond the clamp, any distance beyond the clamp on
-/// the same side is right. (If both were clamped, a network that is far off on the wrong side would get no gradient.)
+/// The difference between a distance and the exact one. If the exact one is beyond the clamp, any distance beyond the clamp on
+/// the same side is correct. (If both were clamped, a network that is far off on the wrong side would get no gradient.)
 fn beyond(found: f32, exact: f32) -> f32 {
     if exact >= CLAMP {
         (found - CLAMP).min(0.0)

@@ -1,23 +1,22 @@
-//! The settings of a training, with their published or measured defaults.
+//! Defines the settings of a training, with their published or measured defaults.
 
 use crate::network::Trunk;
 
-/// What tells the trunk where the surface is.
+/// The data from which the trunk learns the surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mode {
     /// The exact signed distance of points near the surface and in the box.
     OracleSdf,
-    /// Points on the surface alone, and a penalty on curvature that is not along the axes of a developable surface
-    /// (FlatCAD).
+    /// Only points on the surface, and a penalty on curvature that is not along the axes of a developable surface (FlatCAD).
     FlatCad,
 }
 
-/// How far the gradient of the segmentation loss goes.
+/// The part of the network that gets the gradient of the segmentation loss.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SegGrad {
-    /// Into the trunk, so that labels can change the surface.
+    /// The trunk and the head, so labels can change the surface.
     Trunk,
-    /// Only into the head.
+    /// Only the head.
     Stop,
 }
 
@@ -26,26 +25,26 @@ pub enum SegGrad {
 pub struct Settings {
     /// The network.
     pub trunk: Trunk,
-    /// What tells it where the surface is.
+    /// The data from which it learns the surface.
     pub mode: Mode,
-    /// How far the gradient of the segmentation loss goes.
+    /// The part of the network that gets the gradient of the segmentation loss.
     pub seg_grad: SegGrad,
     /// The weight of the segmentation loss.
     pub segmentation_weight: f64,
-    /// How many updates are made.
+    /// The number of updates.
     pub iterations: usize,
-    /// Points on the surface, near it and in the box per update; each number is rounded up to whole blocks of 96.
+    /// Points on the surface, near it and in the box per update. Each number is rounded up to whole blocks of 96.
     pub points: [usize; 3],
     /// The step of Adam at the first update.
     pub learning_rate: f64,
-    /// The step at the last update. It falls along a half cosine.
+    /// The step at the last update. It decreases along a half cosine.
     pub final_learning_rate: f64,
-    /// Gradients with a larger norm are scaled down to it; 0 for never.
+    /// Gradients with a larger norm are scaled down to it. A value of 0 means never.
     pub clip_norm: f64,
 }
 
 impl Settings {
-    /// What is measured to fit a shape well in minutes, in a mode.
+    /// The default settings of a mode. In measurements, they fit a shape well within minutes.
     #[must_use]
     pub fn of_mode(mode: Mode) -> Self {
         let common = Self {

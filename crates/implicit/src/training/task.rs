@@ -1,4 +1,4 @@
-//! What one thread does in an update: some blocks, one after the other, with the sums of their gradients and losses.
+//! Defines the work of one thread in an update: some blocks, one after the other, with the sums of their gradients and losses.
 
 use super::batch::{Block, Kind};
 use super::losses::{Factors, Losses};
@@ -7,7 +7,7 @@ use super::update::PointLabels;
 use crate::geometry::Pools;
 use crate::network::{BackwardParts, Layout, PreparedNetwork, Workspace};
 
-/// What all blocks of an update share.
+/// The data that all blocks of an update share.
 pub(super) struct Shared<'a> {
     pub(super) network: &'a PreparedNetwork,
     pub(super) pools: &'a Pools,
@@ -40,7 +40,7 @@ impl Task {
         }
     }
 
-    /// Forgets the sums of the update before.
+    /// Resets the sums of the previous update.
     pub(super) fn reset(&mut self) {
         self.main.sums.fill(0.0);
         if let Some(around) = &mut self.around {
@@ -80,7 +80,7 @@ impl Task {
         self.main.backward(shared.network, parts);
     }
 
-    /// Adds the segmentation loss of surface points; whether it goes into the trunk.
+    /// Adds the segmentation loss of surface points. Returns whether its gradient goes into the trunk.
     fn segment(&mut self, block: &Block, shared: &Shared<'_>) -> bool {
         let Some(labels) = shared.labels else {
             return false;

@@ -1,4 +1,4 @@
-//! Gradients against finite differences, determinism, and what the segmentation loss may and may not change.
+//! Tests gradients against finite differences, determinism, and the influence of the segmentation loss.
 
 use super::*;
 use crate::fixtures::torus;
@@ -21,7 +21,7 @@ fn pools() -> Pools {
     .unwrap()
 }
 
-/// Four quarters of the torus as labels 0 to 3; every eleventh point has none.
+/// Four quarters of the torus as labels 0 to 3. Every eleventh point has no label.
 fn labels(pools: &Pools) -> PointLabels {
     let quarter = |(idx, position): (usize, &[f32; 3])| {
         let quarter = i32::from(position[0] > 0.0) + 2 * i32::from(position[1] > 0.2);
@@ -74,12 +74,12 @@ fn check_gradient(mode: Mode, trunk: Trunk) {
         ..settings(mode, trunk)
     };
     let mut training = Training::new(&pools, Some(&labels), &settings, 3);
-    // A few updates away from the initial weights, where some derivatives are 0.
+    // A few updates are made first, because some derivatives are 0 at the initial weights.
     for _ in 0..5 {
         training.update();
     }
     if mode == Mode::FlatCad {
-        // The off-diagonal loss takes its tangents as constants, which a difference does not. At the end its weight is 0.
+        // The off-diagonal loss treats its tangents as constants, but a difference does not. At the end, its weight is 0.
         training.n_updates = settings.iterations;
     }
     let layout = training.network.layout();
@@ -101,7 +101,7 @@ fn check_gradient(mode: Mode, trunk: Trunk) {
             .sum::<f64>()
             .sqrt();
         assert!(norm > 0.0, "group {idx} has no gradient");
-        // Along the gradient itself, so that the difference is large beside its rounding.
+        // The step is along the gradient itself, so that the difference is large compared with its rounding error.
         let moved = |step: f64| {
             let mut moved = parameters.clone();
             for (x, &g) in moved[group.clone()].iter_mut().zip(direction) {
@@ -109,7 +109,8 @@ fn check_gradient(mode: Mode, trunk: Trunk) {
             }
             moved
         };
-        // Short against the frequency of the sines and the kinks of the losses, long against rounding.
+        // The step is small compared with the period of the sines and the kinks of the losses, and large compared with rounding
+        // errors.
         let step = match mode {
             _ if idx >= 11 => 2e-3,
             Mode::OracleSdf => 5e-5,
@@ -118,7 +119,7 @@ fn check_gradient(mode: Mode, trunk: Trunk) {
         let (high, _) = loss_and_gradient(&mut training, &moved(step));
         let (low, _) = loss_and_gradient(&mut training, &moved(-step));
         let found = (high - low) / (2.0 * step);
-        // Where a point crosses the kink of an absolute value, the difference is not the derivative.
+        // If a point crosses the kink of an absolute value, the difference is not the derivative.
         assert!(
             (found / norm - 1.0).abs() < 0.05,
             "{mode:?} {trunk} group {idx}: {found} {norm}"

@@ -11,7 +11,8 @@ use crate::network::{BLOCK, Network, PreparedNetwork};
 use partprobe_carrier::{Rng, keyed_rng};
 use rayon::prelude::*;
 
-/// Blocks are dealt to so many tasks for any number of threads: each adds up its own, and their sums are added in order.
+/// The number of tasks to which blocks are distributed, for any number of threads. Each task adds up its own blocks, and then the
+/// sums are added in order.
 const TASKS: usize = 16;
 
 /// The label of each surface point of the pools, and the weight of each label.
@@ -21,11 +22,11 @@ pub struct PointLabels {
     weights: Vec<f32>,
 }
 
-/// Why labels cannot supervise.
+/// The reason why labels cannot be used for training.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum LabelError {
-    /// Not one label per surface point.
+    /// The number of labels differs from the number of surface points.
     #[error("{n_labels} labels for {n_points} surface points; give one per point")]
     Length {
         /// The number of labels.
@@ -39,8 +40,8 @@ pub enum LabelError {
 }
 
 impl PointLabels {
-    /// Takes labels that are counted from 0; a negative one is none. A label weighs n^(−1/2), where n is how many points have it,
-    /// normalized so that the mean weight of the labeled points is 1.
+    /// Labels are numbered from 0, and a negative number means no label. The weight of a label is n^(−1/2), where n is its number
+    /// of points, normalized so that the mean weight of the labeled points is 1.
     ///
     /// # Errors
     /// If there is not one label per surface point, or no point has a label.
@@ -101,8 +102,8 @@ impl PointLabels {
 
 /// A training in progress.
 ///
-/// The same arguments give the same bytes for any number of threads. Initial weights of the trunk and the points of each
-/// update depend on the seed and the key, not on the labels.
+/// The same arguments give the same bytes for any number of threads. The initial weights of the trunk and the points of each
+/// update depend on the seed and the key, and not on the labels.
 #[derive(Debug)]
 pub struct Training<'a> {
     pools: &'a Pools,
@@ -143,7 +144,7 @@ impl<'a> Training<'a> {
         }
     }
 
-    /// How many updates were made.
+    /// The number of updates that were made.
     #[must_use]
     pub fn n_updates(&self) -> usize {
         self.n_updates

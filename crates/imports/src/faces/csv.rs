@@ -1,7 +1,7 @@
 //! Reads labels in CSV with a header.
 //!
-//! One column names the face: `step_id`, `name`, or `index`, with or without `face_` before it. One column is the label:
-//! `label`, `class` or `instance`, or the one that the user names. A column `shape` or `file` puts many shapes into one file.
+//! One column names the face: `step_id`, `name`, or `index`, with or without `face_` before it. One column is the label: `label`,
+//! `class` or `instance`, or the one that the user names. With a column `shape` or `file`, one file can have many shapes.
 
 use super::face_labels::{FaceLabels, NamedLabels, RawLabel, raw_label};
 
@@ -11,7 +11,7 @@ const NAME_COLUMNS: &[&str] = &["name", "face_name"];
 const INDEX_COLUMNS: &[&str] = &["index", "face_index", "face", "order"];
 const LABEL_COLUMNS: &[&str] = &["label", "class", "instance", "part", "segment"];
 
-/// The shapes of a file with a column that names them; empty if there is no such column.
+/// The shapes of a file with a column that names them. It is empty if there is no such column.
 ///
 /// # Errors
 /// If the file is not CSV with a column of labels.
@@ -21,7 +21,7 @@ pub(super) fn shapes(bytes: &[u8], column: Option<&str>) -> Result<Vec<NamedLabe
         return Ok(Vec::new());
     };
 
-    // Rows of one shape need not be neighbors; shapes are in the order of their first rows.
+    // Rows of one shape need not be consecutive. Shapes are in the order of their first rows.
     let mut names: Vec<&str> = Vec::new();
     let mut rows_of: std::collections::BTreeMap<&str, Vec<&Row>> =
         std::collections::BTreeMap::new();
@@ -47,7 +47,7 @@ pub(super) fn shapes(bytes: &[u8], column: Option<&str>) -> Result<Vec<NamedLabe
 /// The labels of a file with one shape.
 ///
 /// # Errors
-/// If the file is not CSV with a column of labels, or it holds several shapes.
+/// If the file is not CSV with a column of labels, or it has several shapes.
 pub(super) fn labels(bytes: &[u8], column: Option<&str>) -> Result<FaceLabels, String> {
     let table = Table::read(bytes, column)?;
     if let Some(shape) = table.shape {
@@ -65,7 +65,7 @@ struct Row {
     cells: Vec<String>,
 }
 
-/// A table whose columns are found.
+/// A table with its known columns.
 struct Table {
     header: Vec<String>,
     rows: Vec<Row>,
@@ -197,7 +197,8 @@ fn first_of(header: &[String], names: &[&str]) -> Option<usize> {
         .position(|cell| names.contains(&cell.as_str()))
 }
 
-/// The cells of a line; a cell in quotes may hold commas, and two quotes in it are one. `None` if a quote stays open.
+/// The cells of a line. A cell in quotes may contain commas, and two quotes in it mean one. Returns `None` if a quote is not
+/// closed.
 fn cells(line: &str) -> Option<Vec<String>> {
     let mut cells = vec![String::new()];
     let mut is_quoted = false;

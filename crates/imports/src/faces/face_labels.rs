@@ -1,6 +1,6 @@
-//! Holds the labels of the faces of one shape before they are matched to faces.
+//! Defines the labels of the faces of one shape before they are matched to faces.
 
-/// A label as a file has it: a number or a word. `None` says that the face has no label.
+/// A label in a file: a number or a word. It is `None` if the face has no label.
 pub(super) type RawLabel = Option<String>;
 
 /// The labels of the faces of one shape.
@@ -16,12 +16,12 @@ pub(super) enum FaceLabels {
     ByStepId(Vec<(String, RawLabel)>),
 }
 
-/// The labels of a shape that a file with many shapes names.
+/// The labels of one shape in a file with many shapes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct NamedLabels {
-    /// The STEP file or the shape, as it is written.
+    /// The name of the STEP file or of the shape, without changes.
     pub(super) file: String,
-    /// Where the labels are in their file, for messages.
+    /// The place of the labels in their file, for messages.
     pub(super) place: String,
     pub(super) labels: FaceLabels,
 }
@@ -29,16 +29,16 @@ pub(super) struct NamedLabels {
 /// An entry of a file with many shapes whose labels cannot be read.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct DamagedLabels {
-    /// The STEP file or the shape, if the entry still says it.
+    /// The name of the STEP file or of the shape, if it can be read.
     pub(super) file: Option<String>,
-    /// Where the entry is in the file of labels, for messages.
+    /// The place of the entry in the file of labels, for messages.
     pub(super) place: String,
-    /// Why the labels cannot be read.
+    /// The reason why the labels cannot be read.
     pub(super) reason: String,
 }
 
-/// A label from its text. An empty text, a negative number and what is not a number although it claims to be (`nan`) say
-/// that there is none. `3.0` is `3`, since some tools write whole numbers as floats.
+/// A label from its text. An empty text, a negative number and `nan` mean that there is no label. `3.0` is `3`, because some
+/// tools write whole numbers as floats.
 pub(super) fn raw_label(text: &str) -> RawLabel {
     let text = text.trim();
     match text.parse::<f64>() {

@@ -3,8 +3,8 @@
 use super::face_labels::RawLabel;
 use partprobe_carrier::{FaceGraph, IGNORE};
 
-/// Numbers the connected sets of faces with one class, in the order of their lowest faces. Faces of the background class
-/// are one label, wherever they are; faces without a class have no label.
+/// Numbers the connected sets of faces with one class, in the order of their lowest faces. All faces of the background class have
+/// one label, even if they are not connected. Faces without a class have no label.
 pub(super) fn of_classes(
     graph: &FaceGraph,
     classes: &[RawLabel],

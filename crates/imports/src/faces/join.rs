@@ -6,10 +6,10 @@ use crate::shape_key::is_solid;
 use partprobe_carrier::{Carrier, Face};
 use std::collections::BTreeMap;
 
-/// What a label is joined to its face by.
+/// The key by which a label is joined to its face.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum JoinBy {
-    /// What the file says; if it does not, the only way that is possible.
+    /// The key that the file names. If it names none, the only possible key.
     Auto,
     /// The `#` number of the face.
     StepId,
@@ -17,7 +17,7 @@ pub(super) enum JoinBy {
     Name,
     /// The position of the face in the file's shells.
     Order,
-    /// No file: the name of the face is its label.
+    /// There is no file. The name of the face is its label.
     NameIsLabel,
 }
 
@@ -33,12 +33,12 @@ impl JoinBy {
     }
 }
 
-/// In what a label is unique.
+/// The scope in which a label is unique.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Scope {
     /// Equal labels of a shape are one label.
     Shape,
-    /// Equal labels of one entry are one label; a shape may have several entries, for example a line per solid.
+    /// Equal labels of one entry are one label. A shape may have several entries, for example one line per solid.
     Entry,
 }
 
@@ -53,7 +53,7 @@ pub(super) struct JoinedFaces {
 
 type KeyedLabels = Vec<(String, RawLabel)>;
 
-/// Joins the labels of a shape, which one or several entries hold, to the faces of its carrier.
+/// Joins the labels of a shape, from one or several entries, to the faces of its carrier.
 ///
 /// # Errors
 /// If the labels do not fit the faces, or fit in two ways that differ.
@@ -79,7 +79,7 @@ pub(super) fn join(
     }
 
     let stated = stated_by(entries)?;
-    // A file may have labels for some of its solids only.
+    // A file may have labels for only some of its solids.
     let may_be_elsewhere = entries.len() > 1 || is_solid(&carrier.meta().id);
     let own: Vec<(usize, &KeyedLabels)> = keyed_entries(entries)
         .filter(|(_, keyed)| !may_be_elsewhere || name_a_face(keyed, faces))
@@ -99,7 +99,7 @@ fn refused(reason: String) -> JoinProblem {
     JoinProblem::Refused(reason)
 }
 
-/// What the entries say that their keys are.
+/// The kind of keys that the entries name.
 fn stated_by(entries: &[FaceLabels]) -> Result<JoinBy, JoinProblem> {
     let of_entry = |entry: &FaceLabels| match entry {
         FaceLabels::InOrder(_) => JoinBy::Order,
@@ -187,7 +187,7 @@ fn in_order(faces: &[Face], labels: &[RawLabel]) -> Result<JoinedFaces, JoinProb
     })
 }
 
-/// The only way that is possible. Ways that give the same labels are one.
+/// Joins by the only possible kind of keys. Several kinds are allowed if they give the same labels.
 fn by_any(faces: &[Face], keyed: &KeyedLabels) -> Result<JoinedFaces, JoinProblem> {
     let mut possible: Vec<JoinedFaces> = Vec::new();
     let mut problems = Vec::new();
@@ -198,7 +198,7 @@ fn by_any(faces: &[Face], keyed: &KeyedLabels) -> Result<JoinedFaces, JoinProble
             Err(problem) => problems.push(problem),
         }
     }
-    // A way that finds a face for every key, and a key for every face, is better than one that does not.
+    // A join that finds a face for every key, and a key for every face, is preferred.
     let is_whole =
         |joined: &JoinedFaces| joined.unused.is_empty() && joined.n_found(keyed) >= faces.len();
     if possible.iter().any(is_whole) {
@@ -249,7 +249,7 @@ fn joined_by(faces: &[Face], keyed: &KeyedLabels, by: JoinBy) -> Result<JoinedFa
                 places.len()
             )));
         }
-        // A face that the file places several times has one STEP id and one label.
+        // A face that occurs several times in the assembly has one STEP id and one label.
         for face in places {
             if label_of_face[face].is_some_and(|former| former != label) {
                 return Err(refused(format!("`{key}` has two labels")));
@@ -312,12 +312,12 @@ fn match_names(faces: &[Face], keyed: &KeyedLabels) -> Vec<Vec<usize>> {
 }
 
 impl JoinedFaces {
-    /// How many faces have a label.
+    /// The number of faces with a label.
     fn n_matched(&self) -> usize {
         self.label_of_face.iter().flatten().count()
     }
 
-    /// How many keys found a face, whether or not they have a label for it.
+    /// The number of keys that found a face, with or without a label.
     fn n_found(&self, keyed: &KeyedLabels) -> usize {
         keyed.len() - self.unused.len()
     }
@@ -337,7 +337,8 @@ impl JoinedFaces {
     }
 }
 
-/// Numbers labels from 0: numbers come in their order, then words in theirs. A face without a label gets a negative one.
+/// Numbers labels from 0: first the numeric labels in their order, then the words in alphabetical order. A face without a label
+/// gets a negative label.
 pub(super) fn numbered(labels: &[RawLabel]) -> Vec<i32> {
     let order = |label: &&String| {
         let number: Option<u64> = label.parse().ok();

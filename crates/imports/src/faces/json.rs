@@ -1,4 +1,4 @@
-//! Reads labels in JSON, by the structures that data sets and tools write.
+//! Reads labels in JSON, in the structures of several data sets and tools.
 //!
 //! | structure | from |
 //! |---|---|
@@ -24,12 +24,12 @@ const STOCK: &str = "stock";
 /// The labels of a file with one shape.
 ///
 /// # Errors
-/// If the text is not JSON, or its structure is none of those above.
+/// If the text is not JSON, or its structure is not one of those above.
 pub(super) fn labels(bytes: &[u8], column: Option<&str>) -> Result<FaceLabels, String> {
     of_value(&parsed(bytes)?, column)
 }
 
-/// The shapes of a file with a list of shapes; empty if it holds one shape.
+/// The shapes of a file with a list of shapes. It is empty if the file has one shape.
 ///
 /// # Errors
 /// If the text is not JSON, or the labels of a shape cannot be read.
@@ -48,8 +48,8 @@ pub(super) fn shapes(bytes: &[u8], column: Option<&str>) -> Result<Vec<NamedLabe
     (1..).zip(items).map(shape).collect()
 }
 
-/// The shapes of a file with a shape per line. A line that is not JSON, does not name its shape, or has labels that cannot
-/// be read is damaged; the others are read nevertheless.
+/// The shapes of a file with one shape per line. A line is damaged if it is not JSON, does not name its shape, or has labels that
+/// cannot be read. The other lines are still read.
 pub(super) fn shapes_of_lines(
     bytes: &[u8],
     column: Option<&str>,
@@ -84,7 +84,7 @@ fn names_a_shape(item: &Value) -> bool {
     file_of(item).is_some()
 }
 
-/// The shape that an item names: an entry of an object, or the first of a pair (MFInstSeg).
+/// The shape that an item names: an entry of an object, or the first element of a pair (MFInstSeg).
 fn file_of(item: &Value) -> Option<&str> {
     match item {
         Value::Object(object) => FILE_KEYS.iter().find_map(|&key| object.get(key)?.as_str()),
@@ -167,7 +167,7 @@ fn mfcad(faces: &Value) -> Result<FaceLabels, String> {
         .map(FaceLabels::Named)
 }
 
-/// A list of labels, with a word that says what its faces are known by.
+/// A list of labels, with a word for the key of its faces.
 fn listed(labels: &Value, by: Option<&str>, column: Option<&str>) -> Result<FaceLabels, String> {
     let in_order = |labels: &Value| {
         let items = labels.as_array().ok_or("`labels` must be a list")?;
@@ -207,7 +207,7 @@ fn keyed(
     object.iter().map(label).collect()
 }
 
-/// A list with an object per face.
+/// A list with one object per face.
 fn rows(items: &[Value], column: Option<&str>) -> Result<FaceLabels, String> {
     let key_of =
         |names: &[&str], item: &Value| names.iter().find_map(|&name| scalar(item.get(name)?));
@@ -296,7 +296,7 @@ fn in_order(keyed: Vec<(String, RawLabel)>) -> Result<FaceLabels, String> {
     Ok(FaceLabels::InOrder(by_idx.into_values().collect()))
 }
 
-/// Faces are of one instance if the matrix says so in either direction; faces without any are the stock.
+/// Two faces belong to the same instance if the matrix says so in either direction. Faces without an instance are the stock.
 fn instances_of_matrix(matrix: &Value) -> Result<FaceLabels, String> {
     let rows = matrix.as_array().ok_or("`inst` must be a matrix")?;
     let n_faces = rows.len();
@@ -319,7 +319,7 @@ fn instances_of_matrix(matrix: &Value) -> Result<FaceLabels, String> {
     ))
 }
 
-/// Gives two faces, and all that are in their instances, the lower of the instances' numbers.
+/// Joins the instances of two faces. All their faces get the lower of the two numbers.
 fn join(instance: &mut [Option<usize>], a: usize, b: usize) {
     let [first, second] = [a, b].map(|face| instance[face].unwrap_or(face));
     let (low, high) = (first.min(second), first.max(second));
@@ -332,7 +332,7 @@ fn join(instance: &mut [Option<usize>], a: usize, b: usize) {
     }
 }
 
-/// Faces of one group are one instance; faces in no group are the stock.
+/// Faces of one group are one instance. Faces in no group are the stock.
 fn instances_of_groups(groups: &Value, n_faces: usize) -> Result<FaceLabels, String> {
     let groups = groups.as_array().ok_or("`seg` must be a list of groups")?;
     let mut labels: Vec<RawLabel> = vec![None; n_faces];
@@ -359,7 +359,7 @@ fn label_of(value: &Value, column: Option<&str>) -> Result<RawLabel, String> {
     match value {
         Value::Array(values) => {
             let idx = match column {
-                // What partprobe's own lists hold.
+                // The entries of partprobe's own lists.
                 Some("instance") => 0,
                 Some("class") => 1,
                 Some(other) => other.parse().map_err(|_| {

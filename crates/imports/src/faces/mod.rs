@@ -1,8 +1,8 @@
-//! Imports a label per face of the B-Rep: type `faces`.
+//! Imports one label per face of the B-Rep: type `faces`.
 //!
-//! The layouts of several data sets and tools are told apart by their structure: `.seg` and other lists of numbers, the
-//! logits of BRepNet, CSV with a header, and JSON as MFCAD, MFCAD++, MFInstSeg, MFTRCAD, the timeline of Fusion 360
-//! Gallery, or partprobe's own lists write it.
+//! The layouts of several data sets and tools are recognized by their structure: `.seg` and other lists of numbers, the logits of
+//! BRepNet, CSV with a header, and the JSON of MFCAD, MFCAD++, MFInstSeg, MFTRCAD, the timeline of Fusion 360 Gallery, and
+//! partprobe's own lists.
 
 mod csv;
 mod face_labels;
@@ -54,13 +54,13 @@ pub(crate) const FACES: ImportType = ImportType {
     make: open_faces,
 };
 
-/// What tools put behind the name of a shape.
+/// Suffixes that tools append to the name of a shape.
 const SUFFIXES: &[&str] = &["_color_ids"];
 
 /// The endings of label files in a folder.
 const ENDINGS: &[&str] = &[".seg", ".csv", ".json", ".logits", ".txt"];
 
-/// Which labels are read, and how they are joined.
+/// The labels that are read, and the settings of the join.
 struct Faces {
     /// `None` if the labels are the names of the faces.
     entries: Option<Entries<FaceLabels>>,
@@ -159,7 +159,7 @@ fn entries_of_file(
         .collect())
 }
 
-/// The shapes of a file with a shape per line; damaged lines are entries too, so that they are named where they matter.
+/// The shapes of a file with one shape per line. Damaged lines are also entries, so that messages can name them.
 ///
 /// # Errors
 /// If no line can be read.
@@ -197,7 +197,7 @@ fn named_entry(path: &str, shape: NamedLabels) -> Entry<FaceLabels> {
     }
 }
 
-/// The labels of a file that holds one shape.
+/// The labels of a file with one shape.
 fn labels_of_file(path: &str, bytes: &[u8], column: Option<&str>) -> Result<FaceLabels, String> {
     let name = plain_name(path);
     if name.ends_with(".json") || name.ends_with(".jsonl") {

@@ -1,5 +1,5 @@
-//! Reads labels in plain text: a number or word per line (`.seg` of Fusion 360 Gallery and BRepNet), or a row of logits
-//! per face.
+//! Reads labels in plain text: one number or word per line (`.seg` of Fusion 360 Gallery and BRepNet), or a row of logits per
+//! face.
 
 use super::face_labels::{FaceLabels, raw_label};
 
@@ -17,7 +17,7 @@ pub(super) fn one_per_line(bytes: &[u8]) -> Result<FaceLabels, String> {
     Ok(FaceLabels::InOrder(labels.collect::<Result<_, String>>()?))
 }
 
-/// A row of numbers per face; the label is the position of the largest, the first of several.
+/// One row of numbers per face. The label is the position of the largest number. If several are equal, it is the first one.
 pub(super) fn largest_of_rows(bytes: &[u8]) -> Result<FaceLabels, String> {
     let lines = lines(bytes)?;
     let labels = lines.iter().map(|(number, line)| {

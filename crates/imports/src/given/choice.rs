@@ -1,7 +1,7 @@
-//! Chooses the one thing in a file that counts as its labels.
+//! Chooses the data of a file that count as its labels.
 //!
-//! Properties with these names are labels, the earlier in [`PROPERTIES`] before the later, those of faces before those of
-//! vertices. Without one, groups are labels, then objects, then materials, if there are at least two of them. Colors and
+//! Properties with certain names are labels. Their priority is their order in [`PROPERTIES`], and properties of faces come before
+//! those of vertices. Without one, groups are labels, then objects, then materials, if there are at least two of them. Colors and
 //! other properties are never labels here: the import `mesh` reads them on request.
 
 use crate::mesh::majority;
@@ -9,7 +9,7 @@ use crate::points::label_of;
 use partprobe_carrier::IGNORE;
 use partprobe_formats::{Mark, MarkValues, Marked, MarkedMesh};
 
-/// Names of properties that hold labels, in lower case. CloudCompare puts `scalar_` before them.
+/// Names of label properties, in lower case. CloudCompare puts `scalar_` before them.
 const PROPERTIES: &[&str] = &[
     "label",
     "labels",
@@ -27,13 +27,13 @@ const PROPERTIES: &[&str] = &[
     "category_id",
     "semantic",
 ];
-/// Kinds of groups, the first with at least two groups counts.
+/// Kinds of groups. The first kind with at least two groups counts.
 const GROUPS: &[&str] = &["group", "object", "material"];
 
-/// The labels of a shape, and where they were.
+/// The labels of a shape, and their origin.
 #[derive(Debug, Default, PartialEq)]
 pub(super) struct Chosen {
-    /// One per triangle or point; empty if nothing counts as labels.
+    /// One label per triangle or point. It is empty if nothing counts as labels.
     pub(super) labels: Vec<i32>,
     pub(super) notes: Vec<String>,
 }
@@ -71,7 +71,7 @@ impl Chosen {
         })
     }
 
-    /// The label that two corners of a triangle have; `None` if all three differ.
+    /// The label of at least two corners of each triangle, or [`IGNORE`] if all three differ.
     fn by_majority(name: &str, of_vertex: &[i32], triangles: &[[u32; 3]]) -> Self {
         let label = |corners: &[u32; 3]| {
             majority(

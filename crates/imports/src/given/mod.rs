@@ -1,7 +1,7 @@
 //! Reads meshes and point clouds that come without a B-Rep, with the labels in the same file or in a file next to it.
 //!
-//! The name and the bytes of a file go in, and a [`GivenShape`] comes out. Which properties and groups count as labels, and
-//! which file next to a shape holds its labels, is decided here and nowhere else. Nothing here opens a file.
+//! The name and the bytes of a file go in, and a [`GivenShape`] comes out. Only this module decides which properties and groups
+//! count as labels, and which file next to a shape has its labels. Nothing here opens a file.
 
 mod choice;
 mod names;
@@ -18,18 +18,18 @@ use partprobe_formats::{
     mesh_from_off, mesh_from_stl,
 };
 
-/// Why a file is not a mesh or a cloud with labels that fit. The reason says the line or the index where there is one.
+/// The reason why a file is not a mesh or a cloud with matching labels. The reason names the line or the index if there is one.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum GivenFileError {
     /// The file of the shape cannot be read.
     #[error("{0}")]
     Shape(String),
-    /// The file of its labels cannot be read, or does not fit the shape.
+    /// The file of its labels cannot be read, or does not match the shape.
     #[error("{file}: {reason}")]
     Labels {
         /// The name of the file of labels.
         file: String,
-        /// What is wrong with it.
+        /// A description of the problem.
         reason: String,
     },
 }
@@ -37,13 +37,13 @@ pub enum GivenFileError {
 /// A file by its name and its bytes.
 #[derive(Clone, Copy, Debug)]
 pub struct NamedBytes<'a> {
-    /// The name; its ending says what the bytes hold.
+    /// The name. Its ending determines the format of the bytes.
     pub name: &'a str,
-    /// What is in the file.
+    /// The content of the file.
     pub bytes: &'a [u8],
 }
 
-/// The shape of a file. If there is a file of labels too, its labels count, and not those in the file of the shape.
+/// The shape of a file. If there is also a file of labels, its labels are used instead of those in the file of the shape.
 ///
 /// # Errors
 /// If a file cannot be read, or there are more or fewer labels than triangles or points.

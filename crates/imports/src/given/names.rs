@@ -1,4 +1,4 @@
-//! Tells which files are meshes and point clouds, and which file next to them holds their labels.
+//! Determines which files are meshes and point clouds, and which file next to them has their labels.
 //!
 //! | shape | labels next to it, the first that exists |
 //! |---|---|
@@ -7,20 +7,20 @@
 
 /// Endings of meshes and clouds.
 const ENDINGS: &[&str] = &["obj", "ply", "stl", "off", "npy", "txt", "xyz", "pts"];
-/// What a file of labels adds to the name of its shape without the ending.
+/// The endings that replace the ending of a shape's file in the name of its file of labels.
 const LABEL_ENDINGS: &[&str] = &["_labels.npy", "_labels.txt", ".seg"];
-/// What the names of points and of labels begin with in PartNet.
+/// The prefixes of the names of points and of labels in PartNet.
 const PARTNET: [&str; 2] = ["pts-", "label-"];
 
-/// The ending of a file in lower case, without its dot; empty if it has none.
+/// The ending of a file in lower case, without its dot. It is empty if there is none.
 pub(super) fn ending_of(name: &str) -> String {
     let ending = name.rsplit_once('.').map_or("", |(_, ending)| ending);
     ending.to_ascii_lowercase()
 }
 
-/// The name of a mesh or a cloud without its ending; `None` if the name says neither.
+/// The name of a mesh or a cloud without its ending. Returns `None` if the name is not that of a mesh or a cloud.
 ///
-/// Files of labels are neither, although they may have the same endings.
+/// Files of labels are not meshes or clouds, although they may have the same endings.
 #[must_use]
 pub fn given_stem(name: &str) -> Option<&str> {
     let (stem, ending) = name.rsplit_once('.')?;
@@ -30,13 +30,13 @@ pub fn given_stem(name: &str) -> Option<&str> {
     (is_known && !stem.is_empty() && !is_label_name(name)).then_some(stem)
 }
 
-/// Whether the name says that the file is a mesh or a cloud.
+/// Whether a file is a mesh or a cloud, by its name.
 #[must_use]
 pub fn is_given_name(name: &str) -> bool {
     given_stem(name).is_some()
 }
 
-/// The names that a file with the labels of this shape may have, the preferred one first.
+/// The possible names of the file with the labels of this shape. The preferred one comes first.
 #[must_use]
 pub fn label_names_of(name: &str) -> Vec<String> {
     let Some(stem) = given_stem(name) else {
@@ -56,7 +56,7 @@ fn is_label_name(name: &str) -> bool {
     is_of_partnet || LABEL_ENDINGS.iter().any(|ending| name.ends_with(ending))
 }
 
-/// Whether a text begins with a row of at least three numbers, so that it may be a cloud.
+/// Whether a text begins with a row of at least three numbers, so it may be a cloud.
 ///
 /// `start` is the beginning of the file. It may end inside a row.
 #[must_use]

@@ -19,7 +19,7 @@ fn file<'a>(name: &'a str, bytes: &'a [u8]) -> NamedBytes<'a> {
     NamedBytes { name, bytes }
 }
 
-/// The number of triangles, the number of vertices, and the labels; or the refusal.
+/// The number of triangles, the number of vertices and the labels, or the refusal.
 #[track_caller]
 fn check(
     shape: (&str, &[u8]),
@@ -117,7 +117,7 @@ fn what_does_not_fit_is_named_with_its_file() {
 }
 
 proptest! {
-    /// Damage at any byte, a cut at any byte, and any bytes at all: a shape or a named refusal, and never a panic.
+    /// Damage at any byte, a cut at any byte, and arbitrary bytes give a shape or a refusal with a reason, and never a panic.
     #[test]
     fn any_bytes_are_a_shape_or_a_refusal(
         which in 0usize..6,
@@ -135,7 +135,7 @@ proptest! {
         let cut = &text.as_bytes()[..end.min(text.len())];
         for bytes in [damaged.as_slice(), cut, noise.as_slice()] {
             if let Ok(shape) = given_shape(file(name, bytes), None) {
-                // What is read either makes a carrier or is refused with a reason.
+                // A shape that was read either gives a carrier or is refused with a reason.
                 let _ = partprobe_carrier::carrier_of_given(shape, "a", "00");
             }
             let labels = file("a.seg", bytes);

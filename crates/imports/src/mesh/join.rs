@@ -10,10 +10,11 @@ use partprobe_transfer::{
 };
 use std::sync::Arc;
 
-/// What labels are joined to triangles by.
+/// The key by which labels are joined to triangles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum JoinBy {
-    /// `index` if the labels have no mesh of their own, else `triangle` if every triangle is found, else `nn-surface`.
+    /// `index` if the labels have no mesh of their own, otherwise `triangle` if every triangle is found, and otherwise
+    /// `nn-surface`.
     Auto,
     /// The labels are those of the carrier's triangles, in their order.
     Index,
@@ -23,23 +24,24 @@ pub(crate) enum JoinBy {
     NearestSurface,
 }
 
-/// How labels are joined.
+/// The settings of a join.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Joining {
     pub(crate) by: JoinBy,
-    /// How far corners may be apart, as a fraction of the diagonal.
+    /// The largest distance of equal corners, as a fraction of the diagonal.
     pub(crate) tolerance: f64,
-    /// How far the nearest triangle may be, as a fraction of the diagonal.
+    /// The largest distance of the nearest triangle, as a fraction of the diagonal.
     pub(crate) max_distance: f64,
-    /// How far normals may differ.
+    /// The largest angle between normals.
     pub(crate) max_angle_deg: f64,
 }
 
-/// Two boxes whose corners are farther apart than this fraction of the diagonal are not of one shape in one place.
+/// If the corners of two boxes are farther apart than this fraction of the diagonal, the boxes do not belong to the same shape in
+/// the same position.
 pub(super) const MAX_BOX_OFFSET: f64 = 0.02;
 
 impl Joining {
-    /// Joins labels to a carrier; `mesh` has the triangles that they belong to, if it is not the carrier.
+    /// Joins labels to a carrier. `mesh` has the labeled triangles, if they are not those of the carrier.
     ///
     /// # Errors
     /// If the labels do not fit the mesh, or the mesh does not fit the carrier.
@@ -118,14 +120,14 @@ impl Joining {
 
 /// Labels on a carrier, before they are counted.
 pub(crate) struct JoinedMesh {
-    /// What they were joined by.
+    /// The key by which they were joined.
     pub(crate) by: &'static str,
     pub(crate) labels: SourceLabels,
-    /// Labels that nothing uses, by name.
+    /// The names of labels that are not used.
     pub(crate) unused: Vec<String>,
 }
 
-/// The labels with a report of what was matched; `entries` and `content_hash` name their files and their bytes.
+/// The labels with a report of the matches. `entries` names their files, and `content_hash` is the hash of their bytes.
 ///
 /// # Errors
 /// If no triangle of the carrier has a label.

@@ -1,4 +1,4 @@
-//! Knows where tools put the labels of a shape, and the mesh that they belong to.
+//! Defines the paths at which tools write the labels of a shape and the labeled mesh.
 //!
 //! | tool | labels | mesh |
 //! |---|---|---|
@@ -12,16 +12,17 @@ use crate::shape_key::ShapeKey;
 
 const P3_SAM_LABELS: &str = "auto_mask_mesh_final_face_ids.npy";
 const P3_SAM_MESH: &str = "auto_mask_mesh_final.ply";
-/// Other files that P3-SAM leaves in the same folder begin like this.
+/// The prefix of other files that P3-SAM writes into the same folder.
 const P3_SAM_PREFIX: &str = "auto_mask_mesh";
 const LABEL_ENDINGS: &[&str] = &[".npy", ".json", ".txt", ".seg"];
-/// Mesh files that may hold labels too.
+/// Endings of mesh files that may also have labels.
 const MARKED_ENDINGS: &[&str] = &[".ply", ".obj", ".glb", ".gltf"];
 const SUFFIXES: &[&str] = &["_face2label"];
 /// SAMesh writes this picture next to its labels.
 const SAMESH_PICTURE: &str = "_segmented.glb";
 
-/// The shape that a file labels, by its path below the folder; `None` if it holds no labels, or those of another scale.
+/// The shape that a file labels, by its path below the folder. Returns `None` if the file has no labels, or those of another
+/// scale.
 pub(super) fn key_of_labels(below: &str, scale: Option<&str>) -> Option<ShapeKey> {
     let (folder, name) = below.rsplit_once('/').unwrap_or(("", below));
     if name == P3_SAM_LABELS {
@@ -45,7 +46,7 @@ pub(super) fn key_of_labels(below: &str, scale: Option<&str>) -> Option<ShapeKey
     is_label_file.then(|| ShapeKey::of_label_path(below, SUFFIXES))
 }
 
-/// Whether a file is a mesh that may hold labels.
+/// Whether a file is a mesh that may have labels.
 pub(super) fn is_marked(path: &str) -> bool {
     MARKED_ENDINGS.iter().any(|ending| path.ends_with(ending))
 }

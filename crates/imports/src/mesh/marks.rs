@@ -1,15 +1,15 @@
-//! Chooses what a mesh file says that is a label, and gives each triangle its label.
+//! Chooses the mark of a mesh file that is a label, and gives each triangle its label.
 //!
-//! A file may hold a label property, groups of several kinds, and colors. Without a choice by the user, a property that is
-//! named like a label counts before everything else, since colors and groups are also made for the eye. If two candidates
-//! divide the mesh differently, the file is refused.
+//! A file may have a label property, groups of several kinds, and colors. Without a choice by the user, a property that is named
+//! like a label has priority, because colors and groups are often only for display. If two candidates divide the mesh
+//! differently, the file is refused.
 
 use crate::mesh::values::whole;
 use partprobe_carrier::{IGNORE, Mesh};
 use partprobe_formats::{Mark, MarkValues, Marked, MarkedMesh};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Properties with one of these names are labels; case does not matter.
+/// Properties with one of these names are labels. Upper and lower case are equal.
 const LABEL_NAMES: &[&str] = &[
     "label",
     "labels",
@@ -31,7 +31,7 @@ const LABEL_NAMES: &[&str] = &[
     "category_id",
 ];
 
-/// How many colors the palettes of well-known programs have. More parts than that share colors.
+/// The numbers of colors in the palettes of well-known programs. If there are more parts, some share a color.
 const PALETTES: &[(usize, &str)] = &[
     (10, "tab10 of Matplotlib"),
     (20, "tab20 of Matplotlib, which PartField uses"),
@@ -41,7 +41,7 @@ const PALETTES: &[(usize, &str)] = &[
 /// Red, green and blue, each from 0 to 65535.
 pub(super) type Color = [u16; 3];
 
-/// What to do if a file has as many colors as a palette.
+/// The reaction to a file with as many colors as a palette.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum AtPaletteLimit {
     /// Refuse the shape: parts may share a color.
@@ -50,17 +50,17 @@ pub(super) enum AtPaletteLimit {
     Accept,
 }
 
-/// What the user says of the labels in mesh files.
+/// The settings for the labels in mesh files.
 #[derive(Clone, Debug)]
 pub(super) struct MarkChoice {
-    /// The title of the mark to take; `None` to find it.
+    /// The title of the chosen mark, or `None` to find it.
     pub(super) wanted: Option<String>,
     pub(super) at_palette_limit: AtPaletteLimit,
     /// The color of triangles without a label, if there is one.
     pub(super) unlabeled: Option<Color>,
 }
 
-/// The label of each triangle, and what it was taken from.
+/// The label of each triangle, and the mark from which it was taken.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct MarkLabels {
     pub(super) labels: Vec<i32>,
@@ -71,7 +71,7 @@ impl MarkChoice {
     /// The labels of the triangles.
     ///
     /// # Errors
-    /// If nothing in the file is a label, several things may be one, or the colors are as many as a palette has.
+    /// If no mark of the file is a label, several marks may be labels, or there are as many colors as in a palette.
     pub(super) fn labels(&self, marked: &MarkedMesh) -> Result<MarkLabels, String> {
         let chosen = match &self.wanted {
             Some(title) => self.wanted(marked, title)?,
@@ -128,7 +128,7 @@ impl MarkChoice {
         ))
     }
 
-    /// Refuses as many colors as a palette has: if there are more parts, some of them share a color.
+    /// Refuses colors that are as many as in a palette, because some parts may share a color.
     fn check_palette(&self, mark: &Mark) -> Result<(), String> {
         let MarkValues::Colors(colors) = &mark.values else {
             return Ok(());
@@ -184,7 +184,7 @@ impl MarkChoice {
     }
 }
 
-/// The label of at least two corners; `None` if all three differ.
+/// The label of at least two corners, or [`IGNORE`] if all three differ.
 pub(crate) fn majority([a, b, c]: [i32; 3]) -> i32 {
     if a == b || a == c {
         a
@@ -195,7 +195,7 @@ pub(crate) fn majority([a, b, c]: [i32; 3]) -> i32 {
     }
 }
 
-/// Properties that are named like labels; and the groups and colors.
+/// The properties that are named like labels, and then the groups and colors.
 fn candidates(marks: &[Mark]) -> (Vec<&Mark>, Vec<&Mark>) {
     let is_label = |mark: &&Mark| {
         let name = mark.name.to_lowercase();
@@ -221,7 +221,7 @@ fn numbered(labels: &[i32]) -> Vec<i32> {
     labels.iter().map(number).collect()
 }
 
-/// What the key `labels_from` calls a mark.
+/// The name of a mark for the key `labels_from`.
 fn title(mark: &Mark) -> String {
     match (&mark.values, mark.of) {
         (MarkValues::Colors(_), Marked::Triangles) => "face-color".to_owned(),

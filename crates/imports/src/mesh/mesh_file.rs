@@ -1,4 +1,4 @@
-//! Reads the mesh of a file of any kind, and puts glTF scenes into millimeters.
+//! Reads the mesh of a file of any kind, and converts glTF scenes to millimeters.
 
 use super::join::MAX_BOX_OFFSET;
 use partprobe_carrier::{Carrier, Mesh, Point, bounding_box, distance};
@@ -7,7 +7,7 @@ use partprobe_formats::{
     mesh_from_obj, mesh_from_off, mesh_from_stl, scene_from_ply,
 };
 
-/// The mesh of a file of any kind but glTF.
+/// The mesh of a file of any kind except glTF.
 ///
 /// # Errors
 /// If the file is damaged, or has no triangles.
@@ -25,7 +25,7 @@ pub(crate) fn mesh_of(path: &str, bytes: &[u8]) -> Result<Mesh, String> {
     mesh.ok_or_else(|| "the file has points and no triangles".to_owned())
 }
 
-/// The mesh of a PLY, OBJ or glTF file with everything that may be a label; `read` gives the bytes of a file next to it.
+/// The mesh of a PLY, OBJ or glTF file with all marks that may be labels. `read` gives the bytes of a file next to it.
 ///
 /// # Errors
 /// If the file is damaged, or has no triangles.
@@ -45,8 +45,8 @@ fn ending(path: &str) -> String {
     path.rsplit('.').next().unwrap_or_default().to_lowercase()
 }
 
-/// A mesh in meters with y up, as glTF demands, in millimeters with z up; with a note that says so. Any other mesh stays as
-/// it is. Both are certain, since a shape and its thousandth have different boxes.
+/// Converts a mesh in meters with y up, the convention of glTF, to millimeters with z up, and returns a note about it. Any other
+/// mesh is not changed. There is no doubt about the units, because the boxes differ by a factor of 1000.
 pub(super) fn in_millimeters(carrier: &Carrier, mesh: Mesh) -> (Mesh, Option<&'static str>) {
     let own = bounding_box(&carrier.mesh().vertices);
     let other = bounding_box(&mesh.vertices).map(|[low, high]| turned_box(low, high));
@@ -70,7 +70,7 @@ pub(super) fn in_millimeters(carrier: &Carrier, mesh: Mesh) -> (Mesh, Option<&'s
     (placed, Some("from meters with y up"))
 }
 
-/// A position in meters with y up, in millimeters with z up.
+/// Converts a position in meters with y up to millimeters with z up.
 fn from_gltf([x, y, z]: Point) -> Point {
     [1000.0 * x, -1000.0 * z, 1000.0 * y]
 }

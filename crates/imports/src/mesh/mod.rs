@@ -1,8 +1,8 @@
-//! Imports a label per triangle: type `mesh`.
+//! Imports one label per triangle: type `mesh`.
 //!
-//! Labels are arrays or lists in the order of a mesh's triangles, or properties, groups or colors of the mesh itself. If
-//! the mesh is the carrier, they are joined by index. If it is another one, it is read too: its triangles are found by
-//! their corners, or each point of the carrier takes the label of the nearest triangle whose normal agrees.
+//! Labels are arrays or lists in the order of a mesh's triangles, or properties, groups or colors of the mesh itself. If the mesh
+//! is that of the carrier, labels are joined by index. If it is another mesh, it is also read. Its triangles are found by their
+//! corners, or each point of the carrier gets the label of the nearest triangle whose normal agrees.
 
 mod join;
 mod layout;
@@ -79,10 +79,10 @@ pub(crate) const MESH: ImportType = ImportType {
     make: open_mesh,
 };
 
-/// The endings of files that hold a mesh.
+/// The endings of mesh files.
 const MESH_ENDINGS: &[&str] = &[".ply", ".obj", ".glb", ".gltf", ".stl", ".off"];
 
-/// Which labels are read, and how they are joined.
+/// The labels that are read, and the settings of the join.
 struct MeshLabels {
     entries: Entries<()>,
     meshes: Option<Entries<()>>,
@@ -155,7 +155,7 @@ fn mark_choice(context: &SourceContext) -> Result<MarkChoice, ImportError> {
     })
 }
 
-/// A single file holds the labels, or the mesh, of the shape that it is named after.
+/// The entry of a single file. It has the labels, or the mesh, of the shape after which it is named.
 fn one_entry(path: &str, _bytes: Vec<u8>) -> Result<Vec<Entry<()>>, String> {
     let key =
         layout::key_of_labels(path, None).unwrap_or_else(|| ShapeKey::of_label_path(path, &[]));
@@ -166,15 +166,15 @@ fn one_entry(path: &str, _bytes: Vec<u8>) -> Result<Vec<Entry<()>>, String> {
     }])
 }
 
-/// Labels as a file gives them.
+/// The labels of a file.
 struct FileLabels {
     labels: Vec<i32>,
-    /// What a mesh file says that they were taken from, with the mesh.
+    /// The mark of a mesh file from which they were taken, and the mesh.
     marked: Option<(String, Mesh)>,
 }
 
 impl MeshLabels {
-    /// The labels in a file, and the mesh if it has them. `bytes` gets everything that was read.
+    /// The labels in a file, and its mesh if it is a mesh file. All bytes that were read are appended to `bytes`.
     fn file_labels(&self, path: &str, bytes: &mut Vec<u8>) -> Result<FileLabels, JoinProblem> {
         let located = |reason: String| format!("{path}: {reason}");
         if !layout::is_marked(path) {
@@ -196,7 +196,7 @@ impl MeshLabels {
         })
     }
 
-    /// The mesh in these bytes; those of other files that it names are appended.
+    /// The mesh in these bytes. The bytes of other files that it names are appended.
     fn marked_mesh(&self, path: &str, bytes: &mut Vec<u8>) -> Result<MarkedMesh, JoinProblem> {
         let folder = path.rfind('/').map_or("", |at| &path[..=at]);
         let others = RefCell::new(Vec::new());
@@ -214,7 +214,7 @@ impl MeshLabels {
         Ok(marked)
     }
 
-    /// The mesh that the labels belong to; `None` if it is not given. `bytes` gets what was read.
+    /// The mesh of the labels. Returns `None` if it is not given. All bytes that were read are appended to `bytes`.
     fn mesh(
         &self,
         id: &str,

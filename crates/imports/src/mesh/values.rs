@@ -4,16 +4,16 @@ use partprobe_carrier::IGNORE;
 use partprobe_formats::{Array, Values, array_from_npy};
 use serde_json::Value;
 
-/// What labels a triangle that several masks cover.
+/// The label of a triangle in several masks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Overlap {
-    /// Nothing: the shape is refused.
+    /// There is none, and the shape is refused.
     Refuse,
-    /// The mask that covers the fewest triangles, the first of several.
+    /// The mask with the fewest triangles. If several are equal, it is the first one.
     Smallest,
 }
 
-/// The label of each triangle; [`IGNORE`] if it has none.
+/// The label of each triangle, or [`IGNORE`] if it has none.
 pub(crate) fn labels(path: &str, bytes: &[u8], overlap: Overlap) -> Result<Vec<i32>, String> {
     match path.rsplit('.').next() {
         Some("npy") => {
@@ -71,7 +71,7 @@ fn integer(value: i64) -> Result<i32, String> {
         .map_err(|_| format!("{value} is too large for a label"))
 }
 
-/// Some tools write whole numbers as floats; others are not labels.
+/// A whole number. Some tools write whole numbers as floats. Other floats are not labels.
 pub(super) fn whole(value: f64) -> Result<i32, String> {
     if value < 0.0 || value.is_nan() {
         return Ok(IGNORE);
@@ -98,7 +98,7 @@ fn of_masks(
         .iter()
         .map(|mask| mask.iter().filter(|&&cell| cell).count())
         .collect();
-    // The smallest mask is the last to write.
+    // The smallest mask is written last.
     let mut order: Vec<usize> = (0..n_masks).collect();
     order.sort_by_key(|&mask| (std::cmp::Reverse(sizes[mask]), std::cmp::Reverse(mask)));
 
@@ -143,7 +143,7 @@ fn of_json(bytes: &[u8]) -> Result<Vec<i32>, String> {
                 })?;
                 *slot = Some(label(value)?);
             }
-            // As many keys as slots, and no key twice: every slot is filled.
+            // There are as many keys as slots, and no key is repeated, so every slot is filled.
             Ok(labels
                 .into_iter()
                 .map(|label| label.unwrap_or(IGNORE))

@@ -1,4 +1,4 @@
-//! Measures how far two labelings of a mesh agree, by area.
+//! Measures the agreement of two labelings of a mesh, by area.
 
 use partprobe_carrier::Mesh;
 use std::collections::BTreeMap;
@@ -35,7 +35,7 @@ pub(super) fn agreement_by_area(mesh: &Mesh, labels: &[i32], reference: &[i32]) 
     let by_reference = share_of_pairs(&mut of_reference.values());
     let expected = by_label * by_reference;
     let largest = 0.5 * (by_label + by_reference);
-    // Both labelings have one label only: they are equal.
+    // Both labelings have only one label, so they are equal.
     if largest - expected <= f64::EPSILON {
         return Some(1.0);
     }
@@ -67,7 +67,7 @@ mod tests {
         check([0, 0, 1, 1], [5, 5, 2, 2], Some(1.0));
         check([3, 3, 3, 3], [0, 0, 0, 0], Some(1.0));
         check([3, 3, 3, 3], [0, 0, 1, 1], Some(0.0));
-        // Together 1/4, expected 1/2 · 1/2, so that nothing is above chance.
+        // Together 1/4, expected 1/2 · 1/2, so the agreement is that of chance.
         check([0, 1, 0, 1], [0, 0, 1, 1], Some(0.0));
         // Together 6/16, expected 6/16 · 8/16, at most 7/16.
         check([0, 0, 1, 2], [0, 0, 1, 1], Some(3.0 / 4.0));

@@ -24,7 +24,7 @@ impl ExportMap {
     /// The map in a folder that the export wrote.
     ///
     /// # Errors
-    /// If it is not there, or cannot be read.
+    /// If it does not exist, or cannot be read.
     pub(super) fn open(folder: &str, files: Arc<dyn SourceFiles>) -> Result<Self, ImportError> {
         let root = folder.trim_end_matches('/').to_owned();
         let path = format!("{root}/{PARTFIELD_MAP_FILE}");
@@ -46,7 +46,7 @@ impl ExportMap {
         Ok(ExportedShape { name, shape })
     }
 
-    /// The bytes of the file that says which triangle of the carrier each triangle of the mesh lies in.
+    /// The bytes of the file with the parents: for each triangle of the mesh, the triangle of the carrier that contains it.
     ///
     /// # Errors
     /// If it cannot be read.
@@ -76,7 +76,7 @@ impl ExportedShape<'_> {
         }
     }
 
-    /// The mesh that PartField wrote, in millimeters and where the carrier is.
+    /// The mesh that PartField wrote, in millimeters and in the position of the carrier.
     pub(super) fn in_place(&self, mesh: &Mesh) -> Mesh {
         let PartFieldShape { center, scale, .. } = self.shape;
         let placed =

@@ -5,13 +5,13 @@ use crate::import::{ImportError, JoinProblem};
 /// A rule for the level.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Level {
-    /// The highest that there is.
+    /// The highest level.
     Max,
-    /// As many clusters as the shape has STEP parts, or the nearest level that there is.
+    /// The level with as many clusters as the shape has STEP parts, or the nearest existing level.
     Match,
-    /// The one that agrees best with the STEP parts. This is optimistic: it knows what it is compared with.
+    /// The level that agrees best with the STEP parts. This is optimistic, because the choice uses the reference.
     Best,
-    /// This one.
+    /// This level.
     Exactly(u32),
 }
 
@@ -31,7 +31,8 @@ impl Level {
         }
     }
 
-    /// The levels to look at among those that there are, in ascending order: all of them for [`Best`](Self::Best), one else.
+    /// The levels that are considered, among the existing levels in ascending order: all of them for [`Best`](Self::Best), and
+    /// otherwise one.
     pub(super) fn candidates(
         self,
         levels: &[u32],

@@ -1,9 +1,9 @@
-//! Imports what PartField's clustering scripts leave on disk: type `partfield`.
+//! Imports the results of PartField's clustering scripts: type `partfield`.
 //!
-//! A run writes `cluster_out/<uid>_0_<KK>.npy` with a label per triangle for each level KK, and
-//! `input_<uid>_0.ply` with the mesh whose triangles they are. That mesh was moved and scaled into a cube, and neither the
-//! move nor the scale is stored. They are found again from the bounding boxes, and the result is verified on the surface.
-//! For shapes that `partprobe export partfield-input` wrote, the map of the export has them, and labels are joined by index.
+//! A run writes `cluster_out/<uid>_0_<KK>.npy` with one label per triangle for each level KK, and `input_<uid>_0.ply` with the
+//! mesh whose triangles they are. That mesh was moved and scaled into a cube, and neither the translation nor the scale is
+//! stored. They are computed from the bounding boxes, and the result is verified on the surface. For shapes that `partprobe
+//! export partfield-input` wrote, the map of the export contains them, and labels are joined by index.
 
 mod agreement;
 mod export_map;
@@ -109,22 +109,22 @@ struct LevelFile {
     path: String,
 }
 
-/// The levels of a shape that are looked at, and the names of all its levels.
+/// The considered levels of a shape, and the names of all its levels.
 struct LevelFiles {
     wanted: Vec<LevelFile>,
     names: Vec<String>,
 }
 
-/// How the triangles of PartField's mesh belong to the carrier.
+/// The relation of the triangles of PartField's mesh to the carrier.
 enum Way {
-    /// Each one is a tile of one triangle.
+    /// Each triangle is a tile of one triangle of the carrier.
     Tiles(Tiles),
-    /// By position, with a note of how that was found.
+    /// They are related by position. The note describes how the position was found.
     Position { mesh: Mesh, note: String },
 }
 
 impl PartField {
-    /// The file of the level that is asked for; those of all levels if the best one is.
+    /// The file of the requested level, or the files of all levels if the best one is requested.
     fn level_files(&self, name: &str, n_parts: usize) -> Result<LevelFiles, JoinProblem> {
         let found = self.levels.of_shape(name)?;
         let names = found.iter().map(|entry| entry.name.clone()).collect();
@@ -169,7 +169,7 @@ impl PartField {
         crate::entries::one_path(&found)
     }
 
-    /// How the triangles of the mesh belong to the carrier. The bytes of the map that decide it are appended to `bytes`.
+    /// The relation of the triangles of the mesh to the carrier. The bytes of the map that determine it are appended to `bytes`.
     fn way(
         &self,
         carrier: &Carrier,
@@ -198,7 +198,7 @@ impl PartField {
         Ok(Way::Position { mesh, note })
     }
 
-    /// Joins one level, and says how far it agrees with the STEP parts.
+    /// Joins one level, and measures its agreement with the STEP parts.
     fn join_level(
         &self,
         shape: &ShapeResults<'_>,
@@ -232,11 +232,11 @@ impl PartField {
     }
 }
 
-/// What all levels of a shape have in common.
+/// The data that all levels of a shape have in common.
 struct ShapeResults<'a> {
     carrier: &'a Carrier,
     way: Way,
-    /// The bytes that decide the way; they are hashed together with the labels.
+    /// The bytes that determine the way. They are hashed together with the labels.
     of_mesh: Vec<u8>,
     /// The names of all levels.
     names: Vec<String>,

@@ -1,19 +1,19 @@
-//! Puts a mesh that was moved, scaled and perhaps rotated back into the place of its carrier.
+//! Moves a mesh that was moved, scaled and perhaps rotated back to the position of its carrier.
 //!
-//! The move and the scale follow from the bounding boxes. They are verified: the vertices must lie on the surface of the
-//! carrier. If they do not, the 24 rotations of the coordinate axes are tried. A rotation is taken only if it is the one that
-//! fits, since a symmetric shape fits in several ways that put labels in different places.
+//! The translation and the scale are computed from the bounding boxes. They are verified: the vertices must lie on the surface of
+//! the carrier. If they do not, the 24 rotations of the coordinate axes are tried. A rotation is used only if it is the only one
+//! that fits, because a symmetric shape fits in several ways that give different labels.
 
 use crate::import::JoinProblem;
 use partprobe_carrier::{Carrier, Mesh, Point, bounding_box};
 use partprobe_transfer::{Limits, NearestSurface, Query, Surface};
 
-/// How far a vertex may be from the surface, as a fraction of the diagonal.
+/// The largest distance of a vertex from the surface, as a fraction of the diagonal.
 const MAX_DISTANCE: f64 = 0.005;
-/// So many vertices are verified, spread over all of them.
+/// The number of vertices that are verified. They are spread over all vertices.
 const N_VERIFIED: usize = 500;
 
-/// The mesh in millimeters, where the carrier is, and a note if it had to be rotated.
+/// The mesh in millimeters, in the position of the carrier, and a note if it had to be rotated.
 ///
 /// # Errors
 /// If no pose fits, or several rotations do.
@@ -63,7 +63,7 @@ fn axis_rotations() -> Vec<[(usize, f64); 3]> {
     for (number, order) in orders.iter().enumerate() {
         for signs in 0..8u32 {
             let sign = |axis: u32| if signs >> axis & 1 == 0 { 1.0 } else { -1.0 };
-            // The last three orders are reflections, and so is each odd number of signs.
+            // The last three orders of the axes are reflections, and so is each odd number of negative signs.
             let is_odd = (number >= 3) ^ (signs.count_ones() % 2 == 1);
             if !is_odd {
                 rotations.push([
@@ -77,7 +77,7 @@ fn axis_rotations() -> Vec<[(usize, f64); 3]> {
     rotations
 }
 
-/// The vertices rotated, and their box fitted to that of the carrier; `None` if the boxes have other proportions.
+/// The vertices rotated, and their box fitted to that of the carrier. Returns `None` if the boxes have different proportions.
 fn fitted_vertices(
     own: &[Point],
     other: &[Point],

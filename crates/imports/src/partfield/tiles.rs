@@ -1,7 +1,7 @@
 //! Joins labels exactly: each triangle of the exported mesh is a tile of one triangle of the carrier.
 //!
-//! The map says which one. It is believed only after a check: the tiles of a triangle lie in it, and together they have its
-//! area and its centroid. A point of the carrier then takes the label of the tile that it lies on, among those of its own triangle.
+//! The map names this triangle. It is checked first: the tiles of a triangle must lie in it, and together they must have its area
+//! and its centroid. A point of the carrier then gets the label of its tile, among the tiles of its own triangle.
 
 use crate::import::{JoinProblem, JoinedLabels};
 use crate::mesh::{JoinedMesh, with_report};
@@ -13,13 +13,13 @@ use partprobe_transfer::{Limits, NearestSurface, Query, Surface, distance_to_tri
 use std::fmt;
 use std::sync::Arc;
 
-/// How far the corner of a tile may be from its triangle, as a fraction of the diagonal. PartField stores positions in single
-/// precision.
+/// The largest distance of the corner of a tile from its triangle, as a fraction of the diagonal. PartField stores positions in
+/// single precision.
 const TOLERANCE: f64 = 1e-6;
 
 /// The tiles of a carrier.
 pub(super) struct Tiles {
-    /// The tiles, where the carrier is.
+    /// The tiles, in the position of the carrier.
     mesh: Mesh,
     nearest: Arc<NearestSurface>,
     /// The triangle of the carrier of each tile.
@@ -30,7 +30,7 @@ impl Tiles {
     /// The tiles of a carrier, by a mesh and the parent of each of its triangles.
     ///
     /// # Errors
-    /// Why they are not the tiles of this carrier.
+    /// The reason why they are not the tiles of this carrier.
     pub(super) fn new(carrier: &Carrier, mesh: Mesh, parent: Vec<u32>) -> Result<Self, String> {
         check_tiles(
             carrier.mesh(),
@@ -123,14 +123,14 @@ fn check_tiles(own: &Mesh, tiles: &Mesh, parent: &[u32], tolerance: f64) -> Resu
     }
 }
 
-/// How much of a triangle its tiles cover, and where: a tile that is there twice in place of another moves the moment.
+/// The area and the first moment of a triangle's tiles. The moment shows a tile that occurs twice instead of another one.
 struct Cover {
     around: [Point; 3],
-    /// The area that is not covered yet; negative if too much is.
+    /// The area that is not covered yet. It is negative if too much is covered.
     left: f64,
     /// The first moment of the tiles around the centroid of the triangle.
     moment: Point,
-    /// How much of the area, and of the moment, may be an error of rounding.
+    /// The largest rounding errors of the area and of the moment.
     allowed: [f64; 2],
 }
 
@@ -166,7 +166,7 @@ fn perimeter([a, b, c]: [Point; 3]) -> f64 {
     distance(a, b) + distance(b, c) + distance(c, a)
 }
 
-/// The label of the tile that a point lies on.
+/// The label of a point's tile.
 struct LabelOfTile {
     nearest: Arc<NearestSurface>,
     parent: Arc<[u32]>,

@@ -1,7 +1,7 @@
 //! Reads labeled points in PLY, NPY, rows of text, or arrays of HDF5.
 //!
-//! A row holds `x y z label` or `x y z nx ny nz label`. A file of single numbers holds labels alone, and rows of three or six
-//! numbers hold positions alone, with or without normals. [`super::hdf5`] has the layouts of HDF5.
+//! A row is `x y z label` or `x y z nx ny nz label`. A file of single numbers has only labels, and rows of three or six numbers
+//! are only positions, without or with normals. [`super::hdf5`] has the layouts of HDF5.
 
 use partprobe_carrier::{IGNORE, Point, norm};
 use partprobe_formats::{Array, Values, array_from_npy, points_from_ply};
@@ -10,16 +10,16 @@ use partprobe_formats::{Array, Values, array_from_npy, points_from_ply};
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Cloud {
     pub(crate) positions: Vec<Point>,
-    /// Unit normals; empty if the points have none.
+    /// Unit normals. They are empty if the points have none.
     pub(crate) normals: Vec<Point>,
     pub(crate) labels: Vec<i32>,
 }
 
 impl Cloud {
-    /// What a file says of points: positions, labels, or both.
+    /// The points of a file: positions, labels, or both.
     ///
     /// # Errors
-    /// If the file is none of the layouts above.
+    /// If the file does not have one of the layouts above.
     pub(crate) fn read(path: &str, bytes: &[u8]) -> Result<Self, String> {
         match path.rsplit('.').next() {
             Some("ply") => {
@@ -62,7 +62,7 @@ impl Cloud {
     /// Whether each position has a label.
     ///
     /// # Errors
-    /// If there are positions or labels only, or not equally many.
+    /// If there are only positions or only labels, or if their numbers differ.
     pub(crate) fn check(&self) -> Result<(), String> {
         match (self.positions.len(), self.labels.len()) {
             (0, 0) => Err("the file is empty".to_owned()),
@@ -185,7 +185,7 @@ pub(super) fn unit(vector: Point) -> Point {
     }
 }
 
-/// A label from a number; what is negative or not a number is not a label.
+/// A label from a number. A negative number or NaN is not a label.
 pub(crate) fn label_of(value: f64) -> Result<i32, String> {
     if value < 0.0 || value.is_nan() {
         return Ok(IGNORE);

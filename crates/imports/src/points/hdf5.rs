@@ -15,21 +15,21 @@ use partprobe_carrier::Point;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// Arrays that hold labels, unless the user names another one.
+/// Arrays of labels, unless the user names another one.
 const LABELS: [&str; 2] = ["labels", "seg_id"];
 const POSITIONS: &str = "points";
 const NORMALS: &str = "normals";
 
-/// What is read of a shape.
+/// The data of a shape that are read.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Wanted<'a> {
-    /// Labels from this array, or from the one that is known, with positions if there are any.
+    /// Labels from this array, or from a known one, with positions if there are any.
     Labels(Option<&'a str>),
-    /// Positions and normals alone.
+    /// Only positions and normals.
     Positions,
 }
 
-/// A shape of a file with many.
+/// A shape of a file with many shapes.
 #[derive(Clone, Debug)]
 pub(super) struct Hdf5Row {
     file: Arc<Hdf5File>,
@@ -41,7 +41,7 @@ pub(super) fn is_hdf5(path: &str) -> bool {
     path.ends_with(".h5") || path.ends_with(".hdf5")
 }
 
-/// An entry for each row, with the names in their order.
+/// One entry per row, with the names in their order.
 ///
 /// # Errors
 /// If the file cannot be read, or has another number of rows.
@@ -113,7 +113,7 @@ struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    /// Positions, normals and labels, as far as the file has them.
+    /// Positions, normals and labels, if the file has them.
     fn cloud(&self, wanted: Wanted<'_>) -> Result<Cloud, String> {
         let names = self.file.names().map_err(text)?;
         let has = |name: &str| names.iter().any(|other| other == name);

@@ -1,13 +1,12 @@
 //! Reads arrays of numbers from HDF5 files, by the crate `hdf5-pure`.
 //!
-//! Only the arrays at the root of a file are looked at. A count that a file claims is checked before anything is allocated
-//! for it.
+//! Only the arrays at the root of a file are read. A declared count is checked before memory is allocated for it.
 
 use hdf5_pure::DType;
 use std::fmt;
 use std::ops::Range;
 
-/// An array has at most this many numbers in the rows that are read at once.
+/// The largest number of numbers in the rows that are read at once.
 const MAX_NUMBERS: u64 = 1 << 27;
 
 /// The arrays of an HDF5 file.
@@ -15,18 +14,18 @@ pub(super) struct Hdf5File {
     file: hdf5_pure::File,
 }
 
-/// Why an HDF5 file or one of its arrays cannot be read.
+/// The reason why an HDF5 file or one of its arrays cannot be read.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub(super) enum Hdf5Error {
     /// The bytes are not an HDF5 file, or its root is damaged.
     #[error("not an HDF5 file that can be read: {0}")]
     File(String),
-    /// An array is damaged, or packed in a way that is not known.
+    /// An array is damaged, or packed in an unknown way.
     #[error("the array `{name}` cannot be read: {reason}")]
     Array {
         /// Its name.
         name: String,
-        /// What is wrong with it.
+        /// A description of the problem.
         reason: String,
     },
 }
@@ -57,7 +56,7 @@ impl Hdf5File {
         Ok(names)
     }
 
-    /// The lengths of an array, from the outermost on.
+    /// The lengths of an array, beginning with the outermost axis.
     ///
     /// # Errors
     /// If there is no such array, or it is damaged.
@@ -71,7 +70,7 @@ impl Hdf5File {
     /// The numbers of some rows, which are counted along the first axis.
     ///
     /// # Errors
-    /// If there is no such array, its rows are fewer or too large, or it holds no numbers.
+    /// If there is no such array, it has fewer rows, its rows are too large, or it has no numbers.
     pub(super) fn rows(&self, name: &str, rows: Range<u64>) -> Result<Vec<f64>, Hdf5Error> {
         let refused = |reason: &str| Hdf5Error::Array {
             name: name.to_owned(),
@@ -91,7 +90,7 @@ impl Hdf5File {
             .file
             .dataset(name)
             .map_err(|error| array_error(name, &error))?;
-        // The crate reads other types without an error, and with other values.
+        // The crate reads other types without an error, but with wrong values.
         if !dataset.dtype().is_ok_and(|dtype| is_number(&dtype)) {
             return Err(refused(
                 "its numbers are neither integers nor floats of 32 or 64 bits; save it as float32 or int32",

@@ -1,7 +1,7 @@
-//! Imports a label per point of a cloud: type `points`.
+//! Imports one label per point of a cloud: type `points`.
 //!
-//! Each point of the carrier takes the label of the nearest labeled point. If the cloud has normals, those of the two must
-//! agree, so that a thin sheet does not take labels from its other side.
+//! Each point of the carrier gets the label of the nearest labeled point. If the cloud has normals, the normals of both points
+//! must agree, so that a thin sheet does not get labels from its other side.
 
 mod cloud;
 mod hdf5;
@@ -63,16 +63,16 @@ pub(crate) const POINTS: ImportType = ImportType {
 const CLOUD_ENDINGS: &[&str] = &[
     ".ply", ".npy", ".txt", ".xyz", ".xyzc", ".pts", ".csv", ".h5", ".hdf5",
 ];
-/// The endings of files with labels alone.
+/// The endings of files with only labels.
 const LABEL_ENDINGS: &[&str] = &[".seg", ".npy", ".txt", ".h5", ".hdf5"];
-/// How far the box of a cloud may be from that of the carrier, as a fraction of the diagonal: a sample seldom holds the
-/// corners of a shape.
+/// The largest distance of the box of a cloud from that of the carrier, as a fraction of the diagonal. It is large because a
+/// sample seldom contains the corners of a shape.
 const MAX_BOX_OFFSET: f64 = 0.1;
 
 struct PointLabels {
     entries: Entries<Hdf5Row>,
     positions: Option<Entries<Hdf5Row>>,
-    /// The array of an HDF5 file that holds the labels; `None` to find it.
+    /// The array of an HDF5 file with the labels, or `None` to find it.
     labels_from: Option<String>,
     factor: f64,
     max_distance: f64,
@@ -122,7 +122,7 @@ fn names(path: &str, files: &dyn SourceFiles) -> Result<Vec<String>, ImportError
     Ok(lines.map(str::to_owned).collect())
 }
 
-/// A single file holds the points of the shape that it is named after, or rows of HDF5 with one shape each.
+/// The entries of a single file. It has the points of the shape after which it is named, or rows of HDF5 with one shape each.
 fn all_entries(
     path: &str,
     bytes: Vec<u8>,
@@ -138,7 +138,7 @@ fn all_entries(
     }
 }
 
-/// Points, where they are from, and the bytes that they were read from.
+/// Points, their origin, and the bytes from which they were read.
 struct Loaded {
     cloud: Cloud,
     name: String,

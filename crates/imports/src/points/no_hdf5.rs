@@ -1,16 +1,16 @@
-//! Refuses HDF5 files, in a program that was built without the crate that reads them.
+//! Refuses HDF5 files in a program that was built without the crate that reads them.
 
 use std::convert::Infallible;
 use std::ops::Range;
 
-/// There is no such file.
+/// An HDF5 file. It cannot exist in this program.
 #[derive(Debug)]
 pub(super) struct Hdf5File(Infallible);
 
-/// Why an HDF5 file cannot be read.
+/// The reason why an HDF5 file cannot be read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub(super) enum Hdf5Error {
-    /// The program cannot read any.
+    /// The program cannot read HDF5 files.
     #[error(
         "this program was built without the feature `hdf5`; build it with `--features hdf5`, or save the arrays as .npy"
     )]
