@@ -1,11 +1,11 @@
-//! Turns the tables of a Markdown text into aligned columns, as a person reads them on a terminal.
+//! Converts the tables of a Markdown text to aligned columns for a terminal.
 //!
-//! Markdown and the width of the terminal go in, text comes out. Lines outside of tables stay as they are.
+//! Markdown and the width of the terminal go in, and text comes out. Lines outside of tables are not changed.
 
 use crate::command_line::wrapped;
 use std::iter::Peekable;
 
-/// Between two columns.
+/// The space between two columns.
 const GAP: &str = "  ";
 /// The last column is wrapped only if it keeps at least this many characters.
 const MIN_WRAPPED: usize = 24;
@@ -56,7 +56,7 @@ fn cells_of(line: &str) -> Option<Vec<String>> {
     Some(cells.into_iter().map(plain).collect())
 }
 
-/// For each column of a rule such as `|---|---:|`, whether it is written at the right side.
+/// For each column of a rule such as `|---|---:|`, whether it is aligned to the right.
 fn sides_of(line: &str) -> Option<Vec<bool>> {
     let cells = cells_of(line)?;
     let is_rule = |cell: &String| {

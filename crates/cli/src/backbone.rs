@@ -1,4 +1,5 @@
-//! Opens a trained backbone: a run folder or a file of weights goes in, the network and the settings by which it prepares shapes come out.
+//! Opens a trained backbone: a run folder or a file of weights goes in, and the network and its settings for preparing shapes
+//! come out.
 
 use crate::config::{Config, as_written, key_of, load, overrides_of_preparation};
 use crate::run::{RunFolder, read_weights, weights_path};
@@ -71,7 +72,7 @@ pub(crate) struct Backbone {
 }
 
 impl BackboneArgs {
-    /// Opens the backbone; `overrides` are laid over its settings.
+    /// Opens the backbone. `overrides` replace some of its settings.
     ///
     /// # Errors
     /// If there is no such backbone, its file is damaged, or an override is wrong.
@@ -83,7 +84,7 @@ impl BackboneArgs {
         }
     }
 
-    /// The same backbone, by a path that does not depend on the current folder.
+    /// The same backbone, with a path that does not depend on the current folder.
     ///
     /// # Errors
     /// If there is no such path.
@@ -163,7 +164,7 @@ impl BackboneArgs {
         Ok((config, weights))
     }
 
-    /// The backbone of a file of weights, with the settings that stand in it over those of `base`.
+    /// The backbone of a file of weights. The settings in the file replace those of `base`.
     fn of_file(&self, overrides: &[String], backend: Backend) -> Result<Backbone> {
         ensure!(
             self.supervision.is_none() && self.seed.is_none(),
@@ -180,7 +181,7 @@ impl BackboneArgs {
         let mut all = overrides_of_preparation(&preparation);
         all.extend(overrides.iter().cloned());
         let mut config = load("base", &all)?.config;
-        // The layer behind the head belongs to the file, unless the user asks for another one, or for none.
+        // The layer after the head is that of the file, unless the user requests another one, or none.
         let asked = overrides
             .iter()
             .any(|set| key_of(set).starts_with("net.refine"));
@@ -194,10 +195,10 @@ impl BackboneArgs {
 }
 
 impl Backbone {
-    /// The tokens of a sample, and a unit row for each of them, refined if the network has a layer for that.
+    /// The tokens of a sample, and one unit row per token. The rows are refined if the network has a layer for this.
     ///
     /// # Errors
-    /// If the points cannot be cut into tokens, or the weights make numbers that are not finite.
+    /// If the points cannot be divided into tokens, or the weights give numbers that are not finite.
     pub(crate) fn embedded(&self, sample: &PointSample) -> Result<(Tokens, Embeddings)> {
         let (tokens, raw) = self.model.embed_sample(sample, &self.config.tokens)?;
         let embeddings = match &self.config.net.refine {

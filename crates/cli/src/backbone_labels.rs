@@ -1,8 +1,8 @@
-//! Defines the type `backbone` of label sources: clusters of the embeddings of a backbone that partprobe trained.
+//! Defines the type `backbone` of label sources: clusters of the embeddings of a backbone that was trained by partprobe.
 //!
-//! A file of weights and a shape go in, labels of its triangles or faces come out. The backbone is run like a model of the
-//! type `onnx`, so both cluster alike. A shape that the backbone was trained on gets no labels: a learned source is
-//! compared on shapes that it has not seen.
+//! A file of weights and a shape go in, and labels of its triangles or faces come out. The backbone is run like a model of the
+//! type `onnx`, so both cluster in the same way. A training shape of the backbone gets no labels, because a learned source is
+//! only compared on shapes that it has not seen.
 
 use crate::config::{load, overrides_of_preparation};
 use partprobe_carrier::{Carrier, PointSample, sha256_hex};
@@ -32,7 +32,7 @@ pub(crate) const BACKBONE: ImportType = ImportType {
     },
 };
 
-/// The keys of the type; what they mean is said by the keys of the same names of the type `onnx`.
+/// The keys of the type. They have the same meaning as the keys with the same names of the type `onnx`.
 const KEYS: &[ParameterKey] = &[
     ParameterKey::required("path", "the weights, a file model.safetensors of a run"),
     ParameterKey::optional(
@@ -54,7 +54,7 @@ const KEYS: &[ParameterKey] = &[
     ParameterKey::optional("seed", "what the sample and k-means are drawn with (0)"),
 ];
 
-/// The names of the tensors by which the backbone is run.
+/// The names of the inputs and the output of the backbone.
 const POSITIONS: &str = "positions";
 const NORMALS: &str = "normals";
 const EMBEDDINGS: &str = "embeddings";
@@ -66,7 +66,7 @@ fn open(
     context: &SourceContext,
 ) -> Result<Box<dyn Import>, ImportError> {
     let unusable = |reason: String| ImportError::Unreadable(format!("{path}: {reason}"));
-    // The preparation holds keys of a config, as `embed` reads them.
+    // The preparation has keys of a config, like those that `embed` reads.
     let config = load("base", &overrides_of_preparation(&file.preparation))
         .map_err(|error| unusable(format!("{error:#}")))?
         .config;

@@ -1,10 +1,11 @@
-//! Makes the command line: the arguments of all verbs, with the verbs in groups and sentences that flow with the width of the terminal.
+//! Makes the command line: the arguments of all verbs, with the verbs in groups, and with sentences that are wrapped to the width
+//! of the terminal.
 
 use crate::Cli;
 use clap::{Command, CommandFactory};
 use std::env;
 
-/// The verbs under their headings, in the order in which somebody needs them. A verb that is in none of them is not built in.
+/// The verbs under their headings, in the order in which users need them. Verbs that are not built in are left out.
 const GROUPS: [(&str, &[&str]); 8] = [
     ("Whole experiments", &["run", "verdict", "config"]),
     (
@@ -47,7 +48,7 @@ const GROUPS: [(&str, &[&str]); 8] = [
     ),
 ];
 
-/// The widest line of a help text, and the width where the terminal does not say its own; both are clap's.
+/// The widest line of a help text. It is also the width if the terminal does not report its own. Both values are those of clap.
 const MAX_WIDTH: usize = 110;
 const DEFAULT_WIDTH: usize = 100;
 
@@ -60,7 +61,7 @@ pub(crate) fn command_line() -> Command {
     ))
 }
 
-/// The columns that a line of help may take.
+/// The largest number of columns of a line of help.
 fn width() -> usize {
     let stated = env::var("COLUMNS").ok().and_then(|text| text.parse().ok());
     let of_terminal = || terminal_size::terminal_size().map(|(width, _)| usize::from(width.0));
@@ -68,7 +69,7 @@ fn width() -> usize {
     width.clamp(40, MAX_WIDTH)
 }
 
-/// A paragraph for each group: its heading, and a line or more for each verb.
+/// One paragraph per group: its heading, and one or more lines per verb.
 fn groups(command: &Command, width: usize) -> String {
     let about = |name: &str| {
         if name == "help" {
@@ -103,7 +104,7 @@ fn groups(command: &Command, width: usize) -> String {
     text
 }
 
-/// Breaks a sentence between words into lines of at most this width; a longer word has a line of its own.
+/// Breaks a sentence between words into lines of at most this width. A longer word has its own line.
 #[must_use]
 pub(crate) fn wrapped(text: &str, width: usize) -> Vec<String> {
     let mut lines: Vec<String> = vec![String::new()];
@@ -120,7 +121,7 @@ pub(crate) fn wrapped(text: &str, width: usize) -> Vec<String> {
     lines
 }
 
-/// Lets the width of the terminal decide where the sentences below a verb's help break.
+/// Wraps the sentences below a verb's help to the width of the terminal.
 fn flowing(command: Command) -> Command {
     let names: Vec<String> = command
         .get_subcommands()
@@ -136,7 +137,7 @@ fn flowing(command: Command) -> Command {
     })
 }
 
-/// Joins the lines that a sentence was broken into; examples are indented and stay as they are.
+/// Joins the lines of a sentence. Examples are indented and not changed.
 fn joined(text: &str) -> String {
     let mut joined = String::new();
     let mut is_open = false;

@@ -1,11 +1,11 @@
-//! Writes a number with its noun or its unit, as a message says it: `1 file`, `2 files`, `4.2 MB`.
+//! Writes a number with its noun or its unit for messages: `1 file`, `2 files`, `4.2 MB`.
 
 /// The number and the noun that fits it.
 pub(crate) fn counted(n: usize, one: &str, many: &str) -> String {
     format!("{n} {}", if n == 1 { one } else { many })
 }
 
-/// A number of bytes in the unit that suits it, for example `812 bytes` or `4.2 MB`; a megabyte is 10⁶ bytes.
+/// A number of bytes in a suitable unit, for example `812 bytes` or `4.2 MB`. A megabyte is 10⁶ bytes.
 pub(crate) fn file_size(bytes: u64) -> String {
     let in_unit = |unit: u64| bytes as f64 / unit as f64;
     match bytes {

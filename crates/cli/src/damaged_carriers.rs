@@ -1,4 +1,4 @@
-//! Tells the carriers that are no longer what was labeled from other failures.
+//! Distinguishes damaged carriers from other failures.
 
 use crate::counted::counted;
 use anyhow::{Result, ensure};

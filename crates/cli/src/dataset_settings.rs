@@ -1,4 +1,4 @@
-//! Reads and compares `dataset.json`: all that decides the bytes of a data set, and nothing else.
+//! Reads and compares `dataset.json`: exactly the settings that determine the bytes of a data set.
 
 use crate::config::{Config, Difference, Emit, LabelConfig, SampleConfig, differences};
 use crate::counted::counted;
@@ -15,7 +15,7 @@ use std::fs;
 use std::io::{self, ErrorKind};
 use std::path::Path;
 
-/// The settings that say how much a file may cost; another value changes no result that fits both.
+/// The settings that limit the cost of a file. Another value does not change a result that is within both limits.
 const BUDGETS: [&str; 5] = [
     "label.max_file_mb",
     "label.max_entities",
@@ -24,7 +24,7 @@ const BUDGETS: [&str; 5] = [
     "label.watchdog_s",
 ];
 
-/// Keys of `[label]` that do not reach a carrier: budgets, and how and which files are written.
+/// Keys of `[label]` that do not influence a carrier: budgets, and the settings of the written files.
 pub(crate) const NEUTRAL_LABEL_KEYS: [&str; 7] = [
     "emit",
     "compress",
@@ -35,7 +35,8 @@ pub(crate) const NEUTRAL_LABEL_KEYS: [&str; 7] = [
     "watchdog_s",
 ];
 
-/// The hash of the settings that decide the carriers of a data set, in hexadecimal; `None` if the data set does not record them.
+/// The hash of the settings that determine the carriers of a data set, in hexadecimal. Returns `None` if the data set does not
+/// record them.
 #[must_use]
 pub(crate) fn settings_sha256_of(folder: &Path) -> Option<String> {
     let settings = fs::read(folder.join(SETTINGS_FILE)).ok()?;
@@ -43,7 +44,7 @@ pub(crate) fn settings_sha256_of(folder: &Path) -> Option<String> {
     settings_sha256(&settings["label"])
 }
 
-/// The hash of the table `[label]` without the keys that do not reach a carrier; `None` if it is not a table.
+/// The hash of the table `[label]` without the keys that do not influence a carrier. Returns `None` if it is not a table.
 #[must_use]
 pub(crate) fn settings_sha256(label: &Value) -> Option<String> {
     let is_counted = |key: &&String| !NEUTRAL_LABEL_KEYS.contains(&key.as_str());
@@ -55,21 +56,21 @@ pub(crate) fn settings_sha256(label: &Value) -> Option<String> {
     Some(sha256_hex(&serde_json::to_vec(&counted).ok()?))
 }
 
-/// What a data set was made with, and from.
+/// The settings and the inputs of a data set.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub(crate) struct DatasetSettings {
     /// Version of the file formats.
     pub(crate) format_version: u32,
     /// Version of the program.
     pub(crate) program_version: String,
-    /// How files are labeled.
+    /// The settings of labeling.
     pub(crate) label: LabelConfig,
-    /// How points are drawn, where points are emitted.
+    /// The settings of sampling, if points are written.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) sample: Option<SampleConfig>,
     /// The files and archives that were given.
     pub(crate) inputs: Inputs,
-    /// The share of them that this data set holds, if it is not all.
+    /// The share of them in this data set, if it does not have all.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) shard: Option<Shard>,
     /// The hash of the `release.json` whose labels the shapes have, if `attach` made the data set.
@@ -77,12 +78,12 @@ pub(crate) struct DatasetSettings {
     pub(crate) package_sha256: Option<String>,
 }
 
-/// What tells one list of inputs from another.
+/// Properties that distinguish a list of inputs from another one.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
 pub(crate) struct Inputs {
-    /// How many files and archives.
+    /// The number of files and archives.
     pub(crate) n_inputs: usize,
-    /// Bytes of all of them.
+    /// The total number of bytes.
     pub(crate) bytes: u64,
     /// SHA-256 over their names and sizes.
     pub(crate) sha256: String,
@@ -101,7 +102,7 @@ impl fmt::Display for Inputs {
 }
 
 impl Inputs {
-    /// Looks at the names and the sizes; a file that does not exist has none.
+    /// Reads the names and the sizes. A file that does not exist has no size.
     #[must_use]
     pub(crate) fn of(files: &[InputFile]) -> Self {
         let mut hash = Sha256::new();
@@ -121,7 +122,7 @@ impl Inputs {
 }
 
 impl Inputs {
-    /// How these inputs differ from others, in words. Numbers are given only if they differ.
+    /// The difference of these inputs from others, in words. Numbers are given only if they differ.
     fn difference(&self, other: &Self) -> String {
         if (self.n_inputs, self.bytes) == (other.n_inputs, other.bytes) {
             return format!("the inputs are {self} as before, but their names or sizes differ");
@@ -169,14 +170,14 @@ impl DatasetSettings {
         })
     }
 
-    /// Every setting in which the two differ, as `key is A, not B`.
+    /// Every setting in which the two differ, in the form `key is A, not B`.
     #[must_use]
     pub(crate) fn differences(&self, other: &Self) -> Vec<String> {
         let found = differences(self, other);
         self.told(other, found.iter())
     }
 
-    /// Every setting in which the two differ, but for budgets that `self` has raised.
+    /// Every setting in which the two differ, except budgets that `self` has raised.
     #[must_use]
     pub(crate) fn differences_but_raised_budgets(&self, other: &Self) -> Vec<String> {
         let is_raised =
@@ -188,7 +189,7 @@ impl DatasetSettings {
         self.told(other, found.iter().filter(counts))
     }
 
-    /// The differences in words; a person has not written the numbers that stand for the inputs.
+    /// The differences in words. The inputs are described in words, because users do not know the numbers that represent them.
     fn told<'a>(&self, other: &Self, found: impl Iterator<Item = &'a Difference>) -> Vec<String> {
         let mut told: Vec<String> = found
             .filter(|difference| !difference.key.starts_with("inputs."))
@@ -201,7 +202,7 @@ impl DatasetSettings {
     }
 }
 
-/// Whether a file does not exist, or what should be its folder is a file.
+/// Whether a file does not exist, or its folder is a file.
 fn is_missing(error: &io::Error) -> bool {
     matches!(error.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory)
 }

@@ -5,7 +5,7 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// The file system of this machine; relative paths begin at the folder that the program was started in.
+/// The file system of this machine. Relative paths begin at the folder in which the program was started.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct DiskFiles;
 
@@ -32,7 +32,7 @@ impl SourceFiles for DiskFiles {
             let in_folder = |error: std::io::Error| file_error(&folder, &error);
             for entry in fs::read_dir(&folder).map_err(in_folder)? {
                 let entry = entry.map_err(in_folder)?;
-                // A link to a folder is not followed, since it may lead back.
+                // A link to a folder is not followed, because it may lead back.
                 if entry.file_type().map_err(in_folder)?.is_dir() {
                     open.push(entry.path());
                 } else {

@@ -1,11 +1,11 @@
-//! Turns a limit on the size of files (`ulimit -f`, a batch system's quota) into an error: a write beyond it is like a
-//! full disk.
+//! Handles a limit on the size of files (`ulimit -f`, a batch system's quota): a write beyond it gives an error, like a full
+//! disk.
 
-/// Keeps the signal that comes with such a write from ending the program without a word.
+/// Prevents the signal of such a write from ending the program without a message.
 #[cfg(unix)]
 pub(crate) fn report_as_error() {
-    // Nobody reads the flag: the write that failed says what happened. A handler that cannot be installed leaves the
-    // system's own behavior, and no work has begun that could be lost.
+    // The flag is not read, because the failed write reports the error. If the handler cannot be installed, the system's own
+    // behavior remains, and no work is lost yet.
     let flag = std::sync::Arc::default();
     let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, flag);
 }

@@ -1,6 +1,6 @@
-//! Locks a folder that a verb writes: while one program holds it, no other one writes there, or replaces the folder.
+//! Locks a folder to which a verb writes: while one program has the lock, no other one writes there or replaces the folder.
 //!
-//! The folder itself is locked, not a file in it, so that nothing is left behind. The lock goes with its program.
+//! The folder itself is locked, and not a file in it, so nothing is left behind. The lock ends with its program.
 
 use crate::usage::UsageError;
 use anyhow::{Result, bail};
@@ -8,7 +8,7 @@ use partprobe_dataset::is_locked_elsewhere;
 use std::fs::File;
 use std::path::Path;
 
-/// A folder that no other program writes to as long as this value lives.
+/// A folder to which no other program writes as long as this value exists.
 #[derive(Debug)]
 pub(crate) struct FolderLock {
     /// `None` if folders cannot be opened: on some network drives, and on Windows.
@@ -16,7 +16,7 @@ pub(crate) struct FolderLock {
 }
 
 impl FolderLock {
-    /// Locks a folder that exists; `doing` says in an error what the other program does there, for example `exporting into`.
+    /// Locks an existing folder. `doing` describes in an error what the other program does there, for example `exporting into`.
     ///
     /// # Errors
     /// If another program holds the lock.

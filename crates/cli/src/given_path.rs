@@ -1,4 +1,4 @@
-//! Refuses a path of the command line that does not exist, or that the system does not let the program look at.
+//! Refuses a path of the command line that does not exist, or that the system does not allow to access.
 
 use crate::standard_input::is_standard_input;
 use crate::usage::UsageError;
@@ -7,8 +7,8 @@ use std::path::Path;
 /// Checks that a path exists.
 ///
 /// # Errors
-/// If it does not exist, or if the system cannot tell, for example without the permission to search a folder above it. The
-/// message then holds the error of the system.
+/// If it does not exist, or if the system cannot determine it, for example without the permission to search a folder above it.
+/// Then the message contains the error of the system.
 pub(crate) fn ensure_exists(path: &Path) -> Result<(), UsageError> {
     let name = path.display();
     match path.try_exists() {

@@ -1,25 +1,25 @@
-//! Turns Ctrl-C into a flag: long work looks at it between two steps, writes what is done, and says how to resume.
+//! Sets a flag at Ctrl-C. Long computations check it between two steps, write their results so far, and explain how to resume.
 
 use anyhow::{Context, Result};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Whether the user has asked this process to stop; the exit code says so.
+/// Whether the user has asked this process to stop. The exit code depends on it.
 static ASKED: AtomicBool = AtomicBool::new(false);
 
 /// The exit code of a program that was stopped by Ctrl-C.
 pub(crate) const EXIT_CODE: u8 = 130;
 
-/// Whether the user has asked to stop, whoever listens.
+/// Whether the user has asked to stop, for any listener.
 #[must_use]
 pub(crate) fn was_asked() -> bool {
     ASKED.load(Ordering::Relaxed)
 }
 
-/// Ends the program with [`EXIT_CODE`] at Ctrl-C: for work of which nothing is kept.
+/// Ends the program with [`EXIT_CODE`] at Ctrl-C. It is for work without partial results.
 ///
 /// # Errors
-/// If the handler cannot be installed, or one is already.
+/// If the handler cannot be installed, or there is already one.
 pub(crate) fn end_at_once() -> Result<()> {
     ctrlc::set_handler(|| std::process::exit(i32::from(EXIT_CODE))).context("listening for Ctrl-C")
 }
@@ -31,10 +31,10 @@ pub(crate) struct Interrupt {
 }
 
 impl Interrupt {
-    /// Listens for Ctrl-C and the termination signal; a second one ends the program at once.
+    /// Listens for Ctrl-C and the termination signal. A second signal ends the program at once.
     ///
     /// # Errors
-    /// If the handler cannot be installed, or one is already.
+    /// If the handler cannot be installed, or there is already one.
     pub(crate) fn listen() -> Result<Self> {
         let interrupt = Self::default();
         let flag = Arc::clone(&interrupt.flag);
@@ -48,7 +48,7 @@ impl Interrupt {
         Ok(interrupt)
     }
 
-    /// Asks to stop, as Ctrl-C does: the program then ends with [`EXIT_CODE`].
+    /// Asks to stop, like Ctrl-C. The program then ends with [`EXIT_CODE`].
     pub(crate) fn ask(&self) {
         ASKED.store(true, Ordering::Relaxed);
         self.flag.store(true, Ordering::Relaxed);

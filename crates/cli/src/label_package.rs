@@ -19,19 +19,20 @@ use std::sync::{Arc, Mutex, PoisonError};
 pub(crate) struct LabelPackage {
     root: PathBuf,
     pub(crate) manifest: Manifest,
-    /// The hash of `release.json`, which holds the hashes of all other files.
+    /// The hash of `release.json`, which contains the hashes of all other files.
     pub(crate) sha256: String,
-    /// The rows of the file with labels that was read last, and its number: who asks for one shape asks for others of that file.
+    /// The rows of the file with labels that was read last, and its number. Consecutive requests are mostly for shapes of the
+    /// same file.
     last_rows: Mutex<Option<(usize, Arc<Vec<ReleasedRow>>)>>,
 }
 
-/// A shape of a package, and the row that its labels are in.
+/// A shape of a package, and the row of its labels.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct PackagedShape {
     pub(crate) shape: ReleasedShape,
-    /// Which of the files with labels.
+    /// The index of the file with its labels.
     file: usize,
-    /// Which row of it.
+    /// The row in this file.
     row: usize,
 }
 
@@ -68,7 +69,7 @@ impl LabelPackage {
         &self.root
     }
 
-    /// Compares the files without labels with the hashes in `release.json`; those with labels are compared when they are read.
+    /// Compares the files without labels with the hashes in `release.json`. Those with labels are compared when they are read.
     ///
     /// # Errors
     /// If a file is missing, damaged or changed.
@@ -102,7 +103,7 @@ impl LabelPackage {
         Ok(all)
     }
 
-    /// The labels of a shape; `None` if it has none.
+    /// The labels of a shape, or `None` if it has none.
     ///
     /// # Errors
     /// If the file is missing, damaged or changed.

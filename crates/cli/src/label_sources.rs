@@ -23,7 +23,7 @@ pub(crate) fn source_named(config: &Config, name: &str) -> Result<BoxedSource> {
         return Ok(Box::new(ImportedSource::new(name, import)));
     }
     let built_in = source_among(SOURCES, name, &SourceContext::default());
-    // A control may follow a source that only the config knows.
+    // A control may be based on a source that is only in the config.
     match (built_in, SourceControl::of_name(name)) {
         (Ok(source), _) => Ok(source),
         (Err(_), Some((control, other))) => Ok(control.of(source_named(config, other)?)),
@@ -34,7 +34,7 @@ pub(crate) fn source_named(config: &Config, name: &str) -> Result<BoxedSource> {
 /// The sources with these names, in their order.
 ///
 /// # Errors
-/// As for one of them.
+/// The same as for one source.
 pub(crate) fn sources_named(config: &Config, names: &[String]) -> Result<Vec<BoxedSource>> {
     names
         .iter()

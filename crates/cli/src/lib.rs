@@ -1,5 +1,5 @@
-//! Implements the program `partprobe`: arguments, configs, processes, progress and printing. It exports [`main`] and
-//! nothing else; what others can use is in the libraries that it calls.
+//! Implements the program `partprobe`: arguments, configs, processes, progress and printing. It only exports [`main`]. All
+//! reusable code is in the libraries that it calls.
 //!
 //! Results go to stdout, progress and warnings to stderr. Tables are Markdown, and aligned where stdout is a terminal. A verb ends with 0 (done), 1 (failed), 2 (usage) or 130 (stopped),
 //! and an error is printed once, here.
@@ -117,7 +117,7 @@ pub fn main() -> ExitCode {
         if stdout::is_closed(&error) {
             return ExitCode::SUCCESS;
         }
-        // What the user asked for is not an error.
+        // An interruption by the user is not an error.
         let prefix = if interrupt::was_asked() {
             ""
         } else {
@@ -128,7 +128,7 @@ pub fn main() -> ExitCode {
     })
 }
 
-/// 130 if the user stopped the work, 2 if the call cannot be meant, 1 for any other error.
+/// The exit code: 130 if the user stopped the work, 2 for a wrong call, and 1 for any other error.
 fn exit_code(error: &anyhow::Error) -> u8 {
     if interrupt::was_asked() {
         interrupt::EXIT_CODE

@@ -1,4 +1,4 @@
-//! Starts the program `partprobe`; the library of this package is the program.
+//! Starts the program `partprobe`, which is implemented in the library of this package.
 
 use std::process::ExitCode;
 

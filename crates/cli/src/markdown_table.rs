@@ -1,6 +1,6 @@
 //! Writes a table in Markdown. [`aligned`](crate::aligned_tables::aligned) turns it into columns for a terminal.
 
-/// The side of its column that a cell is written at.
+/// The side of its column to which a cell is aligned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Alignment {
     Left,
@@ -32,7 +32,7 @@ fn row_of<const N: usize>(cells: [String; N]) -> String {
     format!("| {} |", cells.join(" | "))
 }
 
-/// The text of a cell, in which nothing ends the cell or its line.
+/// The text of a cell, without characters that would end the cell or its line.
 fn cell_text(text: &str) -> String {
     let one_line: Vec<&str> = text.lines().collect();
     one_line.join(" ").replace('|', "\\|")

@@ -7,7 +7,7 @@ use std::env;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Where a library is, or `None` if none was found.
+/// The path of a library, or `None` if none was found.
 pub(crate) fn find() -> Option<PathBuf> {
     let named = env::var_os("ORT_DYLIB_PATH").filter(|path| !path.is_empty());
     named.map(PathBuf::from).or_else(|| {
@@ -17,7 +17,7 @@ pub(crate) fn find() -> Option<PathBuf> {
     })
 }
 
-/// The folders of Python environments, the active one first.
+/// The folders of Python environments. The active one comes first.
 fn python_prefixes() -> Vec<PathBuf> {
     let active = ["VIRTUAL_ENV", "CONDA_PREFIX"]
         .into_iter()

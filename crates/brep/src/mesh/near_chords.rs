@@ -2,7 +2,7 @@
 //! curve next to them.
 //!
 //! The two circles of a ring that is thinner than the sag of their chords must be divided at the same angles. Otherwise a
-//! triangle between a vertex of one circle and a chord of the other would be as high as the sag, whatever the ring's width.
+//! triangle between a vertex of one circle and a chord of the other would be as high as the sag, for any width of the ring.
 
 use super::boundary::Segment;
 use super::contacts::{AT_END, Division, foot_on};

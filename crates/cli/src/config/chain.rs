@@ -1,5 +1,5 @@
-//! Finds the configs that a config builds on: the config goes in, and it comes out first, followed by its base, the base of that, and so
-//! on.
+//! Finds the configs on which a config is based. A config goes in, and a list comes out: the config, its base, the base of the
+//! base, and so on.
 //!
 //! A base is a file in the folder of the config that names it, or a shipped config. Nothing is merged here.
 
@@ -12,12 +12,12 @@ use toml::Table;
 
 /// A config as its author wrote it.
 pub(super) struct ConfigText {
-    /// The path that its author knows it by, or the name of a shipped config.
+    /// The path as the user wrote it, or the name of a shipped config.
     pub(super) name: String,
     pub(super) text: String,
-    /// What it says itself, without `base`.
+    /// Its own settings, without `base`.
     pub(super) table: Table,
-    /// Where it is, or `None` for a shipped config.
+    /// Its path, or `None` for a shipped config.
     path: Option<PathBuf>,
     base: Option<String>,
 }
@@ -41,7 +41,7 @@ impl ConfigText {
         })
     }
 
-    /// Whether a user can change it, and not only the makers of the program.
+    /// Whether it is a file that the user can change, and not a shipped config.
     pub(super) fn is_file(&self) -> bool {
         self.path.is_some()
     }
@@ -66,7 +66,7 @@ impl ConfigText {
         Self::new(name.to_owned(), text.to_owned(), None).map(Some)
     }
 
-    /// What tells it apart from every other config.
+    /// A key that distinguishes it from every other config.
     fn identity(&self) -> (bool, PathBuf) {
         match &self.path {
             Some(path) => (true, path.canonicalize().unwrap_or_else(|_| path.clone())),
@@ -80,10 +80,10 @@ fn of_file(path: &Path) -> Result<ConfigText> {
     ConfigText::new(path.display().to_string(), text, Some(path.to_owned()))
 }
 
-/// The config and all configs below it, in that order.
+/// The config and then all configs on which it is based.
 ///
 /// # Errors
-/// If one of them is missing or no TOML, or one of them builds on itself.
+/// If one of them is missing, is not TOML, or is based on itself.
 pub(super) fn chain(name: &str, text: &str, path: Option<&Path>) -> Result<Vec<ConfigText>> {
     let first = ConfigText::new(name.to_owned(), text.to_owned(), path.map(Path::to_owned))?;
     let mut chain = vec![first];
@@ -109,7 +109,7 @@ pub(super) fn chain(name: &str, text: &str, path: Option<&Path>) -> Result<Vec<C
 mod tests {
     use super::*;
 
-    /// Writes files and gives the names in the chain of the first one, or the error.
+    /// Writes files and returns the names in the chain of the first one, or the error.
     fn names(files: &[(&str, &str)]) -> String {
         let folder = tempfile::tempdir().unwrap();
         for (name, text) in files {
@@ -136,7 +136,7 @@ mod tests {
                 vec![("a.toml", on("b.toml")), ("b.toml", on("hour.toml"))],
                 "a.toml > b.toml > hour > base",
             ),
-            // A file in the folder of the config comes before a shipped config of the same name.
+            // A file in the folder of the config has priority over a shipped config with the same name.
             (
                 vec![("a.toml", on("base.toml")), ("base.toml", String::new())],
                 "a.toml > base.toml",

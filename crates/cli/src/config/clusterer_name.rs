@@ -8,7 +8,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 pub(crate) struct ClustererName(&'static ClustererFactory);
 
 impl ClustererName {
-    /// The name, as the config, the score files and the tables write it.
+    /// The name in the config, the score files and the tables.
     #[must_use]
     pub(crate) fn name(self) -> &'static str {
         self.0.name

@@ -1,18 +1,18 @@
-//! Finds where two settings differ: two values of one kind go in, the keys with both values come out.
+//! Finds the differences of two settings: two values of the same kind go in, and the different keys with both values come out.
 
 use serde::Serialize;
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::fmt;
 
-/// A key to which two settings give different values; a value is null where the key is not there.
+/// A key to which two settings give different values. A value is null if the key is missing.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Difference {
     /// The key, for example `label.tau_min`.
     pub(crate) key: String,
-    /// The value that it has here.
+    /// The value in the first settings.
     pub(crate) here: Value,
-    /// The value that it has there.
+    /// The value in the second settings.
     pub(crate) there: Value,
 }
 
@@ -67,8 +67,8 @@ pub(crate) fn listed(differences: &[Difference]) -> String {
 
 /// The settings under keys like `label.tau_min`.
 fn flattened(settings: &impl Serialize) -> BTreeMap<String, Value> {
-    // Settings are plain structures, which always serialize. Those from a file have gone through JSON text, which may
-    // change the last digit of a number; so all of them do.
+    // Settings are plain structures, which always serialize. Settings from a file were written as JSON text, which may change the
+    // last digit of a number. So all settings are converted to text and back.
     let text = serde_json::to_string(settings).unwrap_or_default();
     let mut open = vec![(
         String::new(),

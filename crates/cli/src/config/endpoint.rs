@@ -5,7 +5,7 @@ use anyhow::{Result, ensure};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
-/// One condition. What it does not say is as in the run.
+/// One condition. Settings that it does not have are those of the run.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct EndpointConfig {
@@ -16,10 +16,10 @@ pub(crate) struct EndpointConfig {
     pub(crate) data: Option<PathBuf>,
     #[serde(default, skip_serializing_if = "EndpointShapes::is_default")]
     pub(crate) shapes: EndpointShapes,
-    /// With `shapes = "all"`: at most so many; 0 for all.
+    /// With `shapes = "all"`: the largest number of shapes, or 0 for all.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub(crate) max_shapes: usize,
-    /// The label sources to score against; those of the run if there are none.
+    /// The label sources to score against. If there are none, those of the run are used.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(crate) references: Vec<String>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -32,7 +32,7 @@ pub(crate) struct EndpointConfig {
     pub(crate) normal_noise_deg: f64,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) voxels: Option<Voxels>,
-    /// A label source with classes of faces, which embeddings are probed for.
+    /// A label source with classes of faces, for which embeddings are probed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) probe: Option<String>,
 }
@@ -44,7 +44,7 @@ pub(crate) enum EndpointShapes {
     /// The test shapes of the run.
     #[default]
     Test,
-    /// All shapes of the endpoint's own data set, none of which may have been trained on.
+    /// All shapes of the endpoint's own data set. None of them may be a training shape.
     All,
 }
 
@@ -60,14 +60,14 @@ impl EndpointShapes {
 pub(crate) enum EndpointNormals {
     /// Those of the triangles.
     Triangle,
-    /// Those of the true surface, which the data set must hold.
+    /// Those of the true surface, which the data set must have.
     Analytic,
     /// None: all are zero.
     None,
 }
 
 impl EndpointConfig {
-    /// Refuses what cannot be meant.
+    /// Refuses invalid values.
     ///
     /// # Errors
     /// If a value is out of its range, or keys contradict each other.

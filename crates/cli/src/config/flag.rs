@@ -1,4 +1,4 @@
-//! Marks settings that the user gave by a flag of their own, so that a message about such a setting names the flag.
+//! Marks settings that the user gave by a special flag, so that a message about such a setting names the flag.
 
 use std::fmt::Display;
 
@@ -27,7 +27,7 @@ pub(crate) fn key_of(assignment: &str) -> &str {
         .trim()
 }
 
-/// How the user wrote an override: the name of the flag, or `--set` with the assignment.
+/// An override as the user wrote it: the name of the flag, or `--set` with the assignment.
 pub(crate) fn as_written(assignment: &str) -> String {
     match assignment.split_once(MARK) {
         Some((_, flag)) => flag.to_owned(),

@@ -1,11 +1,11 @@
-//! Turns the settings of `[label]` into options of the kernel.
+//! Converts the settings of `[label]` to options of the kernel.
 
 use super::{Attribute, LabelConfig};
 use partprobe_brep::{AttributeChoice, ReadBudget, TessellationOptions};
 use partprobe_verify::MeasureSettings;
 
 impl LabelConfig {
-    /// How a B-Rep is tessellated.
+    /// The options for tessellating a B-Rep.
     pub(crate) fn shape_options(&self) -> TessellationOptions {
         TessellationOptions {
             chord_fraction: self.chord_fraction,
@@ -17,7 +17,7 @@ impl LabelConfig {
         }
     }
 
-    /// What a file may cost.
+    /// The limits for reading a file.
     pub(crate) fn read_budget(&self) -> ReadBudget {
         ReadBudget {
             max_bytes: self.max_file_mb << 20,
@@ -26,7 +26,7 @@ impl LabelConfig {
         }
     }
 
-    /// How `inspect`, `extract` and `verify` measure a file.
+    /// The settings with which `inspect`, `extract` and `verify` measure a file.
     pub(crate) fn measure_settings(&self) -> MeasureSettings {
         MeasureSettings {
             theta_deg: self.theta_deg,

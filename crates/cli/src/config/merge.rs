@@ -13,7 +13,7 @@ use toml::{Table, Value};
 /// A config that is built into the program.
 struct Shipped {
     name: &'static str,
-    /// What it is for, as `config list` prints it.
+    /// Its purpose, which `config list` prints.
     about: &'static str,
     text: &'static str,
 }
@@ -82,24 +82,24 @@ const SHIPPED: [Shipped; 12] = [
     },
 ];
 
-/// The names of the shipped configs; `base` is the first.
+/// The names of the shipped configs. `base` is the first one.
 pub(crate) fn shipped_names() -> impl Iterator<Item = &'static str> {
     SHIPPED.iter().map(|shipped| shipped.name)
 }
 
-/// The name of each shipped config and what it is for.
+/// The name and the purpose of each shipped config.
 pub(crate) fn shipped_descriptions() -> impl Iterator<Item = [&'static str; 2]> {
     SHIPPED.iter().map(|shipped| [shipped.name, shipped.about])
 }
 
-/// A config with the table that it was read from.
+/// A config with the table from which it was read.
 #[derive(Clone, Debug)]
 pub(crate) struct LoadedConfig {
-    /// The file's stem or the shipped name; run folders are named after it.
+    /// The file's stem or the shipped name. Run folders are named after it.
     pub(crate) name: String,
     /// The typed, checked settings.
     pub(crate) config: Config,
-    /// The merged TOML, as it goes into the run folder.
+    /// The merged TOML, which is written into the run folder.
     pub(crate) merged: String,
 }
 
@@ -134,7 +134,7 @@ fn load_any(name_or_path: &str, overrides: &[String]) -> Result<LoadedConfig> {
     })
 }
 
-/// Lays each config over those that it builds on.
+/// Merges each config over those on which it is based.
 fn merged(chain: &[ConfigText]) -> Table {
     let mut merged = Table::new();
     for config in chain.iter().rev() {
@@ -160,7 +160,7 @@ pub(super) fn from_table(name: String, table: Table) -> Result<LoadedConfig> {
     })
 }
 
-/// Every key that there is, for those who look for the one that was meant.
+/// Every existing key. It is used to find the key that the user meant.
 fn defaults() -> Table {
     shipped("base")
         .and_then(|text| text.parse().ok())
@@ -199,10 +199,10 @@ pub(crate) fn shipped(name: &str) -> Option<&'static str> {
         .map(|shipped| shipped.text)
 }
 
-/// Keys of `[train]` that say the same in two units: if one is set, the other is unset.
+/// Keys of `[train]` with the same meaning in two units. If one is set, the other is unset.
 const ALTERNATIVES: [[&str; 2]; 2] = [["steps", "epochs"], ["valid_every", "valid_every_epochs"]];
 
-/// Puts a whole config over another.
+/// Merges a whole config over another one.
 fn overlay_config(lower: &mut Table, upper: Table) {
     if let (Some(Value::Table(below)), Some(Value::Table(above))) =
         (lower.get_mut("train"), upper.get("train"))
@@ -218,7 +218,7 @@ fn overlay_config(lower: &mut Table, upper: Table) {
     overlay(lower, upper);
 }
 
-/// Puts `upper` over `lower`, table by table; a table with a `type` replaces one of another type whole.
+/// Merges `upper` over `lower`, table by table. A table with a `type` replaces a whole table of another type.
 pub(super) fn overlay(lower: &mut Table, upper: Table) {
     for (key, value) in upper {
         match (lower.get_mut(&key), value) {
@@ -235,12 +235,12 @@ pub(super) fn overlay(lower: &mut Table, upper: Table) {
 fn same_variant(below: &Table, above: &Table) -> bool {
     match (below.get("type"), above.get("type")) {
         (Some(below), Some(above)) => below == above,
-        // A table of the caller's own may say its type last.
+        // In a user's own table, the type may be the last key.
         _ => true,
     }
 }
 
-/// Applies one `key.path=value`; the value is TOML, or a bare word taken as text.
+/// Applies one `key.path=value`. The value is TOML, or a bare word that is read as text.
 pub(super) fn set(table: &mut Table, assignment: &str) -> Result<()> {
     let (key, value) = without_flag(assignment)
         .split_once('=')
@@ -354,7 +354,7 @@ mod tests {
             "train.accumulate=2",
         ]);
         assert_eq!((train.steps, train.epochs, train.valid_every), (0, 3, 0));
-        // Eight shapes an update: 17 shapes need three of them.
+        // There are eight shapes per update, so 17 shapes need three updates.
         assert_eq!(
             (train.n_steps(17), train.n_steps_between_validations(17)),
             (9, 3)

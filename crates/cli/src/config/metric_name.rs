@@ -3,7 +3,7 @@
 use partprobe_eval::{METRICS, Metric};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 
-/// A metric that a config names. Configs write `gtc-miou` for the metric `gtc_miou`; both are accepted.
+/// A metric that a config names. Configs write `gtc-miou` for the metric `gtc_miou`. Both are accepted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct MetricName(Metric);
 

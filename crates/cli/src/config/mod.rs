@@ -1,7 +1,7 @@
-//! Loads configs: a TOML file on top of the configs that it builds on, and `--set` on top of all.
+//! Loads configs: a TOML file is merged over the configs on which it is based, and `--set` over all of them.
 //!
-//! What goes in is the name of a shipped config or a path; what comes out is checked once and typed.
-//! Unknown keys are errors, and no default stands in code: `configs/base.toml` holds them all.
+//! The name of a shipped config or a path goes in, and typed, checked settings come out. Unknown keys are errors, and no default
+//! is in code: `configs/base.toml` has all of them.
 
 mod chain;
 mod clusterer_name;

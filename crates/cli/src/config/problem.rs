@@ -1,20 +1,19 @@
-//! Says what is wrong with a config, where its author wrote it: the file and the line, or the argument.
+//! Describes a problem of a config, with its place: the file and the line, or the argument.
 //!
-//! The merged settings are what is read, and an error in them knows the key only. Here the key is looked for in what
-//! the caller has given.
+//! The settings are read after merging, so an error has only the key. This module searches the key in the texts of the caller.
 
 use super::flag::as_written;
 use std::fmt;
 use toml::Table;
 use toml::de::{DeTable, DeValue};
 
-/// Names are near each other if so large a share of their letters agrees.
+/// Names are similar if at least this fraction of their letters agrees.
 const MIN_SIMILARITY: f64 = 0.7;
 
 /// A key with a value that cannot be used, or a key that does not exist.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct ConfigProblem {
-    /// The key with its tables, such as `train.steps`; empty if the problem belongs to no key.
+    /// The key with its tables, such as `train.steps`. It is empty if the problem belongs to no key.
     pub(super) key: String,
     message: String,
 }
@@ -28,7 +27,7 @@ impl fmt::Display for ConfigProblem {
 }
 
 impl ConfigProblem {
-    /// A problem that reading has found in the table with this path; `defaults` holds every key that there is.
+    /// A problem that was found while reading the table with this path. `defaults` has every existing key.
     pub(super) fn of_reading(path: &str, message: &str, defaults: &Table) -> Self {
         let message = &without_internal_keys(message);
         let name = quoted(message).next().unwrap_or_default().to_owned();
@@ -64,7 +63,7 @@ impl ConfigProblem {
         });
         let elsewhere = || {
             if is_unknown_key {
-                // A key of another type of the same table has the same path, so it would be no advice.
+                // A key of another type of the same table has the same path, so it is not a useful hint.
                 key_named(&name, defaults).filter(|near| *near != key)
             } else {
                 None
@@ -94,7 +93,7 @@ impl ConfigProblem {
         Self { key, message }
     }
 
-    /// A problem that a check has found; its message names the key.
+    /// A problem that a check has found. Its message names the key.
     pub(super) fn of_check(message: String) -> Self {
         let is_key = |word: &&str| {
             word.contains('.')
@@ -119,11 +118,11 @@ impl ConfigProblem {
     }
 }
 
-/// Keys that can be read, but that no message offers. Runs and checkpoints of earlier versions hold `sabotage`; a training with
-/// a fault is started by `--inject-fault`.
+/// Keys that can be read, but that no message suggests. Runs and checkpoints of earlier versions have `sabotage`. Now, a training
+/// with a fault is started by `--inject-fault`.
 const INTERNAL_KEYS: [&str; 1] = ["sabotage"];
 
-/// The message without the internal keys in its list of the keys that are expected.
+/// The message without the internal keys in its list of expected keys.
 fn without_internal_keys(message: &str) -> String {
     let Some((unknown, expected)) = message.split_once(", expected ") else {
         return message.to_owned();
@@ -155,7 +154,7 @@ fn quoted(message: &str) -> impl Iterator<Item = &str> {
     message.split('`').skip(1).step_by(2)
 }
 
-/// Rust's names of types, in the words of somebody who writes a config.
+/// The message with simple words instead of Rust's names of types.
 fn plain_words(message: &str) -> String {
     let Some((before, expected)) = message.rsplit_once("expected ") else {
         return message.to_owned();
@@ -173,7 +172,7 @@ fn plain_words(message: &str) -> String {
     format!("{before}expected {plain}")
 }
 
-/// The name that is most like another, if it is like it at all; otherwise one that begins with it.
+/// The most similar name, if one is similar enough, and otherwise a name that begins with the given one.
 pub(crate) fn nearest<'a>(name: &str, names: &[&'a str]) -> Option<&'a str> {
     alike(name, names).or_else(|| longer(name, names))
 }
@@ -221,13 +220,13 @@ fn key_named(name: &str, defaults: &Table) -> Option<String> {
     None
 }
 
-/// A text that the caller has given, under the name that it is known by.
+/// A text from the caller, with its name in messages.
 pub(super) struct Layer<'a> {
     pub(super) name: String,
     pub(super) text: &'a str,
 }
 
-/// Where the caller wrote a key: an argument, or a line of a file. Later words win, so they are looked at first.
+/// The place of a key: an argument, or a line of a file. Later settings replace earlier ones, so they are searched first.
 pub(super) fn place_of(
     problem: &ConfigProblem,
     overrides: &[String],
@@ -259,8 +258,8 @@ pub(super) fn place_of(
     })
 }
 
-/// The line, from 1, of a key. If the key is a table, it is the line of what the message quotes: one of its keys, or the
-/// value of one.
+/// The line of a key, counted from 1. If the key is a table, it is the line of the text that the message quotes: one of its keys,
+/// or the value of one.
 fn line_of(path: &[&str], message: &str, text: &str) -> Option<usize> {
     let table = DeTable::parse(text).ok()?;
     let mut table = table.get_ref();
@@ -274,7 +273,7 @@ fn line_of(path: &[&str], message: &str, text: &str) -> Option<usize> {
             _ => return Some(line_at(text, place?)),
         }
     }
-    // What is expected is quoted as well, and is not what was written.
+    // The message also quotes the expected values, which are not in the text.
     let about = message.split("expected ").next().unwrap_or_default();
     let with_key = |word| table.iter().find(|(key, _)| key.get_ref() == word);
     let with_value = |word| {
@@ -288,7 +287,7 @@ fn line_of(path: &[&str], message: &str, text: &str) -> Option<usize> {
     Some(line_at(text, place?))
 }
 
-/// The number of the line, from 1, that holds a byte.
+/// The number of the line with a byte, counted from 1.
 fn line_at(text: &str, place: usize) -> usize {
     text.as_bytes()
         .iter()
@@ -298,7 +297,7 @@ fn line_at(text: &str, place: usize) -> usize {
         + 1
 }
 
-/// Reads a table; what is wrong with it is said on one line.
+/// Reads a table. An error is described in one line.
 ///
 /// # Errors
 /// If the text is not TOML.

@@ -13,7 +13,7 @@ use partprobe_truck::TruckError;
 const MAX_POINTS: usize = 10_000_000;
 
 impl Config {
-    /// Refuses values that no stage can work with; the message names the key.
+    /// Refuses values with which no stage can work. The message names the key.
     ///
     /// # Errors
     /// If a value is out of its range.

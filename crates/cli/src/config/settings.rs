@@ -1,5 +1,4 @@
-//! Defines the typed settings, one table per stage. `configs/base.toml` documents each value, and it is not repeated
-//! here.
+//! Defines the typed settings, one table per stage. `configs/base.toml` documents each value. The texts are not repeated here.
 
 use super::endpoint::EndpointConfig;
 use super::training_tables::{
@@ -40,17 +39,17 @@ pub(crate) struct Config {
     pub(crate) endpoints: Vec<EndpointConfig>,
     #[serde(default)]
     pub(crate) expect: BTreeMap<String, String>,
-    /// If it is there, `run` fits a network per shape instead of training backbones.
+    /// If it is present, `run` fits one network per shape instead of training backbones.
     #[cfg(feature = "train")]
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) implicit: Option<crate::implicit::ImplicitConfig>,
-    /// A program without training reads the table and does nothing with it.
+    /// A program without training reads the table and ignores it.
     #[cfg(not(feature = "train"))]
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) implicit: Option<toml::Table>,
 }
 
-/// Where shapes come from.
+/// The origin of shapes.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct DataConfig {
@@ -102,7 +101,7 @@ pub(crate) struct LabelConfig {
     pub(crate) tau_min: u32,
     pub(crate) chord_fraction: f64,
     pub(crate) angle_rad: f64,
-    /// The part of a closed solid's volume that its triangles may cut off or add; 0 for any.
+    /// The largest fraction of a closed solid's volume by which its triangles may change it, or 0 for no limit.
     pub(crate) volume_loss: f64,
     pub(crate) attributes: Vec<Attribute>,
     /// Data sets without further layers do not record this key, like those of earlier programs.
@@ -149,7 +148,7 @@ pub(crate) struct SampleConfig {
     pub(crate) seed: u64,
 }
 
-/// Which shapes take part.
+/// The choice of the shapes.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct SelectConfig {
@@ -158,7 +157,7 @@ pub(crate) struct SelectConfig {
     pub(crate) max_shapes: usize,
 }
 
-/// Shares of the shapes.
+/// The fractions of the shapes.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct SplitConfig {
@@ -174,7 +173,7 @@ pub(crate) struct SplitConfig {
     pub(crate) seed: u64,
 }
 
-/// The share of all training shapes.
+/// The fraction that means all training shapes.
 fn whole() -> f64 {
     1.0
 }
@@ -187,13 +186,13 @@ fn is_whole(share: &f64) -> bool {
     *share >= whole()
 }
 
-/// What is compared.
+/// The settings of the comparison.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct CompareConfig {
     pub(crate) supervision: Vec<String>,
     pub(crate) references: Vec<String>,
-    /// Runs of before there was a choice have no such key, and none is written where they had none.
+    /// Older runs do not have this key, and it is not written if it has the value of these runs.
     #[serde(default = "yes", skip_serializing_if = "Clone::clone")]
     pub(crate) score_against_supervisions: bool,
     pub(crate) primary: Vec<String>,
@@ -228,19 +227,19 @@ pub(crate) struct TrainTable {
     pub(crate) patience: usize,
     pub(crate) keep: Keep,
     pub(crate) checkpoint_every: usize,
-    /// The file of weights that a training starts from; `{source}` and `{seed}` stand for those of the training.
+    /// The file of weights with which a training starts. `{source}` and `{seed}` are replaced by those of the training.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) init: Option<String>,
     /// The parts of the network that keep their weights.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(crate) freeze: Vec<String>,
-    /// Runs of earlier versions hold the key; a training with a fault is started by `--inject-fault`.
+    /// Runs of earlier versions have this key. Now, a training with a fault is started by `--inject-fault`.
     #[serde(default, rename = "sabotage", skip_serializing)]
     pub(crate) fault: NoFault,
 }
 
 impl TrainTable {
-    /// The updates of a training on `n_shapes` shapes.
+    /// The number of updates of a training on `n_shapes` shapes.
     #[must_use]
     pub(crate) fn n_steps(&self, n_shapes: usize) -> usize {
         if self.epochs == 0 {
@@ -250,7 +249,7 @@ impl TrainTable {
         }
     }
 
-    /// The updates between two validations; 0 for none but the last.
+    /// The number of updates between two validations. It is 0 if there is only the last validation.
     #[must_use]
     pub(crate) fn n_steps_between_validations(&self, n_shapes: usize) -> usize {
         match self.valid_every_epochs {
@@ -259,7 +258,7 @@ impl TrainTable {
         }
     }
 
-    /// The updates that see each shape once, the last of them perhaps some of the next epoch's too.
+    /// The number of updates that use each shape once. The last of them may also use some shapes of the next epoch.
     fn epoch_steps(&self, n_shapes: usize) -> usize {
         n_shapes
             .div_ceil(self.batch_shapes.saturating_mul(self.accumulate).max(1))
@@ -281,7 +280,7 @@ pub(crate) struct EvalConfig {
 }
 
 impl EvalConfig {
-    /// What every clusterer is given.
+    /// The settings of every clusterer.
     pub(crate) fn clusterer_settings(&self) -> ClustererSettings {
         ClustererSettings {
             restarts: self.restarts,
@@ -290,7 +289,7 @@ impl EvalConfig {
         }
     }
 
-    /// How the intervals of a run are drawn.
+    /// The bootstrap of the intervals of a run.
     pub(crate) fn bootstrap(&self) -> Bootstrap {
         Bootstrap {
             draws: self.bootstrap,
@@ -302,7 +301,7 @@ impl EvalConfig {
 
 impl Config {
     #[cfg(feature = "train")]
-    /// How shapes are prepared for the networks of this config: overrides of keys, as a file of weights holds them.
+    /// The preparation of shapes for the networks of this config: overrides of keys, in the form of a file of weights.
     #[must_use]
     pub(crate) fn preparation(&self) -> serde_json::Value {
         let mut keys = serde_json::json!({
@@ -312,14 +311,14 @@ impl Config {
             "tokens.test_tokens": self.tokens.test_tokens,
             "tokens.voxels": self.tokens.voxels,
         });
-        // Earlier versions do not know this key, and read the weights if it says nothing new.
+        // Earlier versions do not know this key. They can read the weights if it is left out at its default.
         if self.tokens.test_poses > 1 {
             keys["tokens.test_poses"] = self.tokens.test_poses.into();
         }
         keys
     }
 
-    /// The settings of `[label]` as `--set` takes them, with the normals of the true surface if `[sample]` asks for them.
+    /// The settings of `[label]` in the form of `--set`, with the normals of the true surface if `[sample]` needs them.
     ///
     /// # Errors
     /// Never for settings that were read from a config.
@@ -339,7 +338,7 @@ impl Config {
     /// Refuses a config of the implicit probe, which trains no backbone.
     ///
     /// # Errors
-    /// If the config has a table `[implicit]`; the message names the command that reads it.
+    /// If the config has a table `[implicit]`. The message names the command that reads it.
     #[cfg(feature = "train")]
     pub(crate) fn ensure_point_probe(&self) -> Result<(), UsageError> {
         if self.implicit.is_none() {
@@ -350,8 +349,8 @@ impl Config {
         Err(UsageError(message.to_owned()))
     }
 
-    /// The label sources that predictions are scored against, each once: those of `compare.references`, and the supervisions after
-    /// them if `compare.score_against_supervisions` is set.
+    /// The label sources against which predictions are scored, each once: those of `compare.references`, and the supervisions
+    /// after them if `compare.score_against_supervisions` is set.
     #[must_use]
     pub(crate) fn references(&self) -> Vec<String> {
         let compare = &self.compare;
@@ -362,7 +361,7 @@ impl Config {
         }
     }
 
-    /// The label sources that every shape of the run must have labels of, each once: the references and the supervisions.
+    /// The label sources that must label every shape of the run, each once: the references and the supervisions.
     #[must_use]
     pub(crate) fn label_sources(&self) -> Vec<String> {
         let compare = &self.compare;
@@ -370,7 +369,7 @@ impl Config {
     }
 }
 
-/// The names in their order, without those that were there before.
+/// The names in their order, without repetitions.
 fn each_once<'a>(names: impl IntoIterator<Item = &'a String>) -> Vec<String> {
     let mut distinct: Vec<String> = Vec::new();
     for name in names {

@@ -1,4 +1,4 @@
-//! Reads `[sources.NAME]`: labels of another program or of a model, under a name that is used like that of a built-in source.
+//! Reads `[sources.NAME]`: labels of another program or of a model, with a name that is used like that of a built-in source.
 
 use crate::source_types::source_type;
 use anyhow::{Result, ensure};
@@ -6,11 +6,11 @@ use partprobe_sources::{SourceContext, source_named};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// The supervision of weights that learned something else than parts. Every source of a comparison may start from them, so
-/// no source may have this name.
+/// The supervision of weights that were not trained on parts. Every source of a comparison may start with them, so no source may
+/// have this name.
 pub(crate) const FOREIGN_SUPERVISION: &str = "pointcept";
 
-/// What the name of a source says that looks at the answer to choose its labels.
+/// The word in the name of a source that uses the reference to choose its labels.
 const OPTIMISTIC: &str = "optimistic";
 
 /// One table: the type of the labels, and its keys.
@@ -22,7 +22,7 @@ pub(crate) struct SourceTable {
     parameters: BTreeMap<String, ParameterValue>,
 }
 
-/// A value of a key; the type of the labels says what it may be.
+/// A value of a key. The type of the labels determines the valid values.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(untagged)]
 enum ParameterValue {
@@ -33,7 +33,7 @@ enum ParameterValue {
 }
 
 impl SourceTable {
-    /// The keys and their values, as a source reads them.
+    /// The keys and their values, in the form that a source reads.
     pub(crate) fn context(&self) -> SourceContext {
         let parameters = self.parameters.iter();
         parameters.fold(SourceContext::default(), |context, (key, value)| {
@@ -47,10 +47,10 @@ impl SourceTable {
         })
     }
 
-    /// Refuses a name that cannot be told from others, an unknown type, and keys that the type does not have.
+    /// Refuses a name that cannot be distinguished from others, an unknown type, and keys that the type does not have.
     ///
     /// # Errors
-    /// If there is one; the message names the key.
+    /// If there is one. The message names the key.
     pub(crate) fn check(&self, name: &str) -> Result<()> {
         let is_plain =
             |byte: u8| byte.is_ascii_lowercase() || byte.is_ascii_digit() || byte == b'-';

@@ -7,8 +7,8 @@ use anyhow::{Context, Result};
 use serde_json::{Map, Value};
 use toml::Table;
 
-/// The keys of one table that an override states, the config, or one that it builds on: what it has from the shipped `base` is not
-/// there.
+/// The keys of one table that are set by an override, by the config, or by a config on which it is based. Keys from the shipped
+/// `base` are left out.
 ///
 /// # Errors
 /// If the config cannot be read.
@@ -31,7 +31,7 @@ pub(crate) fn stated_table(name_or_path: &str, overrides: &[String], table: &str
         .unwrap_or_default())
 }
 
-/// The config with these values laid over one of its tables.
+/// The config with these values merged over one of its tables.
 ///
 /// # Errors
 /// If a key or a value is not one of the table's.

@@ -1,8 +1,8 @@
 //! Joins the tables of a config that belong to the network and its training: `[net]`, `[tokens]`, `[loss]`, `[optim]`,
 //! `[augment]`.
 //!
-//! A program that is built without the feature `train` accepts these tables, because a config holds all of them, and does
-//! not look into them.
+//! A program that is built without the feature `train` accepts these tables, because a config has all of them, but does not read
+//! them.
 
 #[cfg(feature = "train")]
 pub(crate) use partprobe_net::{
@@ -34,7 +34,7 @@ mod without_training {
     pub(crate) type OptimConfig = Unused;
     /// The augmentation.
     pub(crate) type AugmentConfig = Unused;
-    /// How points become tokens.
+    /// The settings for tokens.
     pub(crate) type Voxels = Unused;
     /// A setting of earlier versions.
     pub(crate) type NoFault = Unused;

@@ -30,7 +30,7 @@ impl fmt::Display for Fit {
     }
 }
 
-/// A line of `log.jsonl`: what a fit cost and where its losses ended.
+/// A line of `log.jsonl`: the cost and the last losses of a fit.
 #[derive(Serialize)]
 struct LogLine<'a> {
     shape: &'a str,

@@ -6,7 +6,7 @@ pub(super) struct ProbeMetric {
     pub(super) name: &'static str,
     /// The heading in tables.
     pub(super) heading: &'static str,
-    /// What a value is multiplied by in tables.
+    /// The factor of a value in tables.
     pub(super) scale: f64,
 }
 

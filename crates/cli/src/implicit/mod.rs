@@ -1,7 +1,7 @@
-//! Runs the implicit probe (paper §4.5): a network per shape, label source and seed, and the tables of their scores.
+//! Runs the implicit probe (paper §4.5): one network per shape, label source and seed, and the tables of their scores.
 //!
-//! The commands `run` calls this for a config with a table `[implicit]`. The arithmetic is that of `partprobe-implicit`: here files
-//! are named, finished fits are found again, and progress is shown.
+//! The command `run` calls this for a config with a table `[implicit]`. The computations are in `partprobe-implicit`. This module
+//! names files, finds finished fits, and shows progress.
 
 mod fit;
 mod metrics;
@@ -28,14 +28,14 @@ use tables::{TableInput, tables};
 /// The arm without a segmentation loss.
 pub(crate) const CONTROL: &str = "control";
 
-/// What all fits of a run share.
+/// The data that all fits of a run share.
 pub(crate) struct Probe<'a> {
     pub(crate) settings: &'a ImplicitConfig,
     pub(crate) folder: &'a RunFolder,
     pub(crate) execution: &'a Execution,
     /// The label sources of the arms, without the control.
     pub(crate) sources: Vec<BoxedSource>,
-    /// The source that all arms are scored against.
+    /// The source against which all arms are scored.
     pub(crate) reference: BoxedSource,
     pub(crate) seeds: &'a [u64],
     pub(crate) source_seed: u64,
@@ -44,8 +44,8 @@ pub(crate) struct Probe<'a> {
 /// Fits and scores all shapes of a data set that the config chooses, and prints the tables.
 ///
 /// # Errors
-/// If no shape takes part, a file cannot be written, or the user stops the program. A shape that cannot be fitted is named, and the
-/// others go on.
+/// If no shape takes part, a file cannot be written, or the user stops the program. A shape that cannot be fitted is named, and
+/// the others are still fitted.
 pub(crate) fn run(
     dataset: &Dataset,
     config: &Config,
@@ -95,7 +95,7 @@ pub(crate) fn run(
 }
 
 impl Probe<'_> {
-    /// The names of the arms: the label sources, and the control if it is asked for.
+    /// The names of the arms: the label sources, and the control if it is requested.
     pub(crate) fn arms(&self) -> Vec<String> {
         let sources = self.sources.iter().map(|source| source.name().to_owned());
         let control = self.settings.control.then(|| CONTROL.to_owned());
@@ -139,7 +139,7 @@ impl Probe<'_> {
         Ok(records)
     }
 
-    /// Shape by shape, so that what a shape needs is made once; then seed by seed and arm by arm.
+    /// All fits: shape by shape, so that a shape is prepared only once, then seed by seed and arm by arm.
     fn fits<'a>(&self, shapes: &'a [Shape]) -> Vec<(&'a Shape, Fit)> {
         let arms = self.arms();
         let mut fits = Vec::new();

@@ -1,5 +1,5 @@
 //! Writes the mesh of a fit with its labels, and a picture: the reference with its labels, the reconstruction, and the
-//! reconstruction with the labels that were learned.
+//! reconstruction with the learned labels.
 
 use super::Probe;
 use super::fit::Fit;
@@ -12,12 +12,12 @@ use partprobe_render::{Image, LabelView, Rgb, colors_of_triangle_labels};
 /// The color of a triangle without a label.
 const PLAIN: Rgb = [150, 150, 150];
 
-/// Where the picture of a fit is, in the run folder.
+/// The path of the picture of a fit in the run folder.
 pub(super) fn picture_path(shape: &str, arm: &str) -> String {
     format!("pictures/{shape}/{arm}.png")
 }
 
-/// Writes both files. Of several exported seeds, the picture shows the first one, and each has a mesh.
+/// Writes both files. If several seeds are exported, the picture shows the first one, and each seed has a mesh.
 ///
 /// # Errors
 /// If a file cannot be written.

@@ -1,4 +1,4 @@
-//! The record of one fit: a JSON file in the run folder, by which a resumed run finds what is done.
+//! Defines the record of one fit: a JSON file in the run folder. A resumed run finds finished fits by it.
 
 use super::fit::Fit;
 use super::metrics::METRICS;
@@ -17,7 +17,7 @@ pub(super) struct FitRecord {
     pub(super) outcome: Outcome,
 }
 
-/// What became of a fit.
+/// The result of a fit.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub(super) enum Outcome {
@@ -25,7 +25,7 @@ pub(super) enum Outcome {
     Scores(BTreeMap<String, f64>),
     /// The shape cannot be fitted.
     Failed {
-        /// Why.
+        /// The reason.
         reason: String,
     },
 }
@@ -35,7 +35,7 @@ pub(super) enum Outcome {
 const DECIMALS: f64 = 1e12;
 
 impl Outcome {
-    /// The scores, as they can be written and read without a change.
+    /// The scores, rounded such that they can be written and read without a change.
     pub(super) fn of_scores<'a>(scores: impl IntoIterator<Item = (&'a str, f64)>) -> Self {
         let rounded =
             |(name, score): (&str, f64)| (name.to_owned(), (score * DECIMALS).round() / DECIMALS);
@@ -65,7 +65,7 @@ impl FitRecord {
         folder.write_json(&path_of(&self.shape, &self.arm, self.seed), self)
     }
 
-    /// A score; `None` if the fit failed or has no such score.
+    /// A score. Returns `None` if the fit failed or has no such score.
     pub(super) fn score(&self, metric: &str) -> Option<f64> {
         match &self.outcome {
             Outcome::Scores(scores) => scores.get(metric).copied(),
@@ -78,7 +78,7 @@ fn path_of(shape: &str, arm: &str, seed: u64) -> String {
     format!("fits/{shape}/{arm}-{seed}.json")
 }
 
-/// A line per fit; a cell without a score is empty.
+/// One line per fit. A cell without a score is empty.
 pub(super) fn csv(records: &[FitRecord]) -> String {
     let names: Vec<&str> = METRICS.iter().map(|metric| metric.name).collect();
     let mut text = format!("shape,supervision,seed,{},failed\n", names.join(","));

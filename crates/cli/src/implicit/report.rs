@@ -3,7 +3,7 @@
 use super::pictures::picture_path;
 use super::tables::ProbeTables;
 
-/// What the page starts with.
+/// The beginning of the page.
 const HEAD: &str = r#"<!doctype html>
 <html lang="en"><head><meta charset="utf-8"><title>The implicit probe</title>
 <style>

@@ -1,4 +1,4 @@
-//! The settings of the implicit probe. `configs/implicit.toml` documents each value.
+//! Defines the settings of the implicit probe. `configs/implicit.toml` documents each value.
 
 use anyhow::{Context, Result, ensure};
 use partprobe_implicit::{Mode, Resolution, SegGrad, Settings, Trunk};
@@ -14,7 +14,7 @@ pub(crate) struct ImplicitConfig {
     pub(crate) segmentation_weight: f64,
     pub(crate) control: bool,
     pub(crate) iterations: usize,
-    /// On the surface, near it, and in the box.
+    /// The numbers of points on the surface, near it, and in the box.
     pub(crate) points: [usize; 3],
     pub(crate) learning_rate: f64,
     pub(crate) final_learning_rate: f64,
@@ -25,7 +25,7 @@ pub(crate) struct ImplicitConfig {
     pub(crate) picture_size: usize,
 }
 
-/// What tells the trunk where the surface is.
+/// The data from which the trunk learns the surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum ModeConfig {
@@ -35,21 +35,21 @@ pub(crate) enum ModeConfig {
     Flatcad,
 }
 
-/// How far the gradient of the segmentation loss goes.
+/// The part of the network that gets the gradient of the segmentation loss.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum SegGradConfig {
-    /// Into the trunk.
+    /// The trunk and the head.
     Trunk,
-    /// Into the head only.
+    /// Only the head.
     Stop,
 }
 
 impl ImplicitConfig {
-    /// Refuses values that no fit can work with.
+    /// Refuses values with which no fit can work.
     ///
     /// # Errors
-    /// If a value is out of its range; the message names the key.
+    /// If a value is out of its range. The message names the key.
     pub(crate) fn check(&self) -> Result<()> {
         self.fit_settings()?;
         self.resolution()?;
@@ -116,7 +116,7 @@ impl ImplicitConfig {
     /// The grid of the surface.
     ///
     /// # Errors
-    /// If there is no grid with so many cells.
+    /// If there is no grid with this number of cells.
     pub(crate) fn resolution(&self) -> Result<Resolution> {
         Resolution::new(self.resolution)
             .context("implicit.resolution must be a multiple of 32, from 32 to 512")

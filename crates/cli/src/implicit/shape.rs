@@ -1,4 +1,5 @@
-//! What all fits of one shape share: its signed distances, its labels by each source, and the points that it is scored at.
+//! Defines the data that all fits of one shape share: its signed distances, its labels by each source, and the points of its
+//! scores.
 
 use super::Probe;
 use crate::run::Shape;
@@ -17,7 +18,7 @@ pub(super) struct PreparedShape {
     pub(super) pools: Pools,
     /// In the order of the probe's sources.
     pub(super) arms: Vec<ArmLabels>,
-    /// By the source that all arms are scored against.
+    /// The labels of the source against which all arms are scored.
     pub(super) step: SourceLabels,
     pub(super) sample: PointSample,
     pub(super) step_of_sample: Vec<i32>,
@@ -30,7 +31,7 @@ pub(super) struct ArmLabels {
     pub(super) surface: SourceLabels,
     pub(super) of_pool: PointLabels,
     pub(super) of_sample: Vec<i32>,
-    /// How the labels themselves score against the reference source.
+    /// The score of the labels themselves against the reference source.
     pub(super) step_miou: f64,
     pub(super) step_accuracy: f64,
 }
@@ -80,7 +81,7 @@ impl PreparedShape {
         })
     }
 
-    /// The labels of an arm; `None` for the control.
+    /// The labels of an arm, or `None` for the control.
     pub(super) fn labels_of(&self, arm: &str) -> Option<&ArmLabels> {
         self.arms.iter().find(|labels| labels.arm == arm)
     }

@@ -1,7 +1,7 @@
 //! Makes the tables of a run from the records of its fits.
 //!
-//! A shape counts if all of its fits have scores, so that every row is about the same shapes. A row is a mean over shapes, each
-//! of them the mean of its seeds.
+//! A shape counts if all of its fits have scores, so every row is about the same shapes. A row is a mean over shapes. The value
+//! of a shape is the mean of its seeds.
 
 use super::CONTROL;
 use super::metrics::{ProbeMetric, named};
@@ -10,12 +10,12 @@ use super::settings::ImplicitConfig;
 use serde_json::{Value, json};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// What the tables are made of.
+/// The input of the tables.
 pub(super) struct TableInput<'a> {
     pub(super) records: &'a [FitRecord],
     pub(super) arms: &'a [String],
     pub(super) seeds: &'a [u64],
-    /// The source that all arms are scored against.
+    /// The source against which all arms are scored.
     pub(super) reference: &'a str,
     pub(super) settings: &'a ImplicitConfig,
     pub(super) shapes: &'a [String],
@@ -103,7 +103,7 @@ fn introduction(input: &TableInput<'_>, scores: &ShapeScores<'_>) -> String {
     )
 }
 
-/// The word of a setting, as the config has it.
+/// The word of a setting in the config.
 fn word(setting: &impl serde::Serialize) -> String {
     let value = serde_json::to_value(setting).ok();
     value
@@ -113,7 +113,7 @@ fn word(setting: &impl serde::Serialize) -> String {
         .to_owned()
 }
 
-/// A line per shape that does not count, with its first reason.
+/// One line per shape that does not count, with its first reason.
 fn failures(input: &TableInput<'_>) -> Option<String> {
     let mut reasons: BTreeMap<&str, &str> = BTreeMap::new();
     for record in input.records {
@@ -195,7 +195,7 @@ impl<'a> ShapeScores<'a> {
         differences
     }
 
-    /// The absolute differences between two arms with one seed, of all shapes and seeds.
+    /// The absolute differences between two arms with the same seed, of all shapes and seeds.
     fn between_arms(&self, arms: [&str; 2], metric: &str) -> Vec<f64> {
         let mut differences = Vec::new();
         for shape in &self.shapes {
@@ -289,7 +289,7 @@ fn differences(input: &TableInput<'_>, scores: &ShapeScores<'_>) -> String {
     )
 }
 
-/// Each source with the control, and the first source with the others.
+/// The pairs of each source with the control, and of the first source with the others.
 fn pairs(arms: &[String]) -> Vec<[&str; 2]> {
     let sources: Vec<&str> = arms
         .iter()
@@ -320,7 +320,7 @@ fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len().max(1) as f64
 }
 
-/// The standard deviation of a sample; 0 for a single value.
+/// The standard deviation of a sample. It is 0 for a single value.
 fn deviation(values: &[f64]) -> f64 {
     let middle = mean(values);
     let squares: f64 = values.iter().map(|value| (value - middle).powi(2)).sum();

@@ -1,4 +1,5 @@
-//! Supervises a batch: files go to workers, what they return goes to disk and into the journal, and the index comes last.
+//! Supervises a batch: it sends files to workers, writes their results to disk and into the journal, and finally writes the
+//! index.
 
 use super::input_files::input_files;
 use super::job::LabelJob;
@@ -22,13 +23,13 @@ use partprobe_dataset::{FileKind, FileLayout, FileRecord, IndexEntry, ShapeFiles
 use std::path::PathBuf;
 use std::thread::ScopedJoinHandle;
 
-/// Batches with more inputs than this, or with archives, keep their carriers in sub-folders.
+/// Batches with more inputs than this, or with archives, write their carriers into sub-folders.
 const MAX_FLAT_FILES: usize = 1000;
 
 /// The user has stopped a batch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct StoppedBatch {
-    /// Files that are done.
+    /// The number of finished files.
     pub(crate) n_files: usize,
 }
 
@@ -44,15 +45,15 @@ impl std::fmt::Display for StoppedBatch {
 
 impl std::error::Error for StoppedBatch {}
 
-/// Labels every file; one that fails is a line of the index.
+/// Labels every file. A file that fails becomes a line of the index.
 ///
 /// # Errors
-/// If there is no file, the folder holds something else or cannot be written to, or the user stops the batch.
+/// If there is no file, the folder has other content or cannot be written to, or the user stops the batch.
 pub(crate) fn label_paths(job: &LabelJob, interrupt: &Interrupt) -> Result<Summary> {
     let sources = input_files(&job.paths, &job.lists)?.not_empty()?;
     warn_of_repeated(&sources.repeated);
     let files = &sources.files;
-    // The lock lives as long as the batch.
+    // The lock is held for the whole batch.
     let (target, _lock) = prepare(job, files, interrupt)?;
     let mut writer = match target {
         Target::Open(writer) => writer,
@@ -117,7 +118,7 @@ fn file_kind(emit: Emit) -> FileKind {
     }
 }
 
-/// What the threads of a batch share.
+/// The data that the threads of a batch share.
 struct Batch<'a> {
     files: ShapeFiles,
     settings: WorkerSettings,
@@ -129,7 +130,7 @@ struct Batch<'a> {
 }
 
 impl Batch<'_> {
-    /// Labels all files; says whether none is left.
+    /// Labels all files. Returns whether none is left.
     fn run(&self, producer: &Producer<'_>, n_workers: usize) -> Result<bool> {
         std::thread::scope(|scope| {
             let feeding = scope.spawn(|| {
@@ -151,7 +152,7 @@ impl Batch<'_> {
         })
     }
 
-    /// Feeds one worker, and a new one wherever it dies; says whether it came to the end of the queue.
+    /// Sends files to one worker, and starts a new one if it dies. Returns whether it reached the end of the queue.
     fn supervise(&self) -> Result<bool> {
         let ended = self.supervise_until_interrupted();
         if !matches!(ended, Ok(true)) {
@@ -179,7 +180,7 @@ impl Batch<'_> {
         Ok(false)
     }
 
-    /// Writes what came of a file; its record says what was written.
+    /// Writes the result of a file. The returned record describes what was written.
     fn store(&self, task: Task, answer: Result<Reply, Failure>) -> Result<FileRecord> {
         let seconds = answer.as_ref().ok().map(|reply| reply.seconds);
         let mut written = Vec::new();
@@ -212,7 +213,7 @@ impl Batch<'_> {
         })
     }
 
-    /// The shapes as the package has them, if the batch is held to one.
+    /// The shapes, after a comparison with the package if the batch has one.
     fn checked(&self, task: &Task, shapes: Vec<EmittedShape>) -> Result<Vec<EmittedShape>> {
         match self.released {
             Some(released) => released.checked(&task.id, &task.source, shapes),
@@ -220,7 +221,7 @@ impl Batch<'_> {
         }
     }
 
-    /// The hash of a text that no worker could label: by it, --resume notices that the file was edited.
+    /// The hash of a text that no worker could label. With it, --resume detects that the file was edited.
     fn hash_of(&self, text: TaskText) -> Option<String> {
         let max_bytes = self.settings.label.max_file_mb << 20;
         match text {
@@ -229,7 +230,7 @@ impl Batch<'_> {
         }
     }
 
-    /// Writes the files of a shape, and notes where.
+    /// Writes the files of a shape, and records their paths.
     fn store_shape(
         &self,
         mut entry: IndexEntry,
@@ -243,7 +244,7 @@ impl Batch<'_> {
     }
 }
 
-/// The answer of a thread; one that panicked is an error like any other.
+/// The answer of a thread. A panic becomes an ordinary error.
 fn joined(thread: ScopedJoinHandle<'_, Result<bool>>) -> Result<bool> {
     thread
         .join()

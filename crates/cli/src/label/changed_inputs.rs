@@ -1,8 +1,8 @@
-//! Finds files that were edited after they were labeled: those whose text, read and hashed again, has another hash than
-//! the one that was noted.
+//! Finds files that were edited after they were labeled: their texts are read again, and the hashes are compared with the
+//! recorded ones.
 //!
-//! Names, sizes and times of files decide nothing here, so that a file that was only copied or touched is not labeled again,
-//! and one that was edited is, even if its size is the same. Members of archives are compared one by one.
+//! Names, sizes and times of files are not used. So a file that was only copied or touched is not labeled again, and an edited
+//! file is, even if its size is the same. Members of archives are compared one by one.
 
 use super::input_files::InputFile;
 use super::renamed_inputs::first_of;
@@ -21,12 +21,12 @@ use std::fs::File;
 use std::io::BufReader;
 use std::ops::ControlFlow;
 
-/// Edited files are named up to this number, and counted beyond.
+/// The largest number of edited files that are named. Further ones are only counted.
 const MAX_NAMED: usize = 10;
-/// An archive is read in pieces of this size.
+/// The size of the blocks in which an archive is read.
 const BUFFER_BYTES: usize = 1 << 18;
 
-/// What is compared, and within which limits.
+/// The inputs and the limits of a comparison.
 pub(super) struct Comparison<'a> {
     pub(super) files: &'a [InputFile],
     pub(super) shard: Option<Shard>,
@@ -34,15 +34,15 @@ pub(super) struct Comparison<'a> {
     pub(super) interrupt: &'a Interrupt,
 }
 
-/// The sources that are no longer what was labeled.
+/// The sources that have changed since they were labeled.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct ChangedInputs {
     sources: BTreeSet<String>,
-    /// What the sources of changed archives begin with.
+    /// The prefixes of the sources of changed archives.
     archives: BTreeSet<String>,
 }
 
-/// The hash that was noted for each source; `None` if its text could not be read then.
+/// The recorded hash of each source. It is `None` if the text could not be read.
 type NotedHashes<'a> = BTreeMap<&'a str, Option<&'a str>>;
 
 fn noted_hash(record: &FileRecord) -> Option<&str> {
@@ -100,7 +100,7 @@ impl ChangedInputs {
         self.sources.is_empty()
     }
 
-    /// Whether a record is out of date. What is only counted or refused in a changed archive is noted anew, too.
+    /// Whether a record is outdated. The records of counted or refused members of a changed archive are also outdated.
     pub(super) fn has(&self, record: &FileRecord) -> bool {
         let is_unread = || record.entries.iter().all(|entry| entry.sha256.is_none());
         self.sources.contains(&record.source)
@@ -116,7 +116,7 @@ impl ChangedInputs {
         first_of(&self.sources)
     }
 
-    /// Says on stderr which files are labeled again.
+    /// Prints on stderr which files are labeled again.
     pub(super) fn warn(&self) {
         for source in self.sources.iter().take(MAX_NAMED) {
             stderr::print_line(format_args!(
@@ -167,7 +167,7 @@ impl Comparison<'_> {
             archives: BTreeSet::new(),
         };
 
-        // A line with the archive itself as source says that it is damaged.
+        // A line whose source is the archive itself means that the archive is damaged.
         let has_line = self
             .shard
             .is_none_or(|shard| shard.holds(&format!("{}#damage", archive.id)));

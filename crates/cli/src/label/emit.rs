@@ -1,4 +1,4 @@
-//! Makes the files that are written for a shape: its carrier, its labels alone, its sampled points.
+//! Makes the files that are written for a shape: its carrier, only its labels, or its sampled points.
 
 use super::protocol::{EmittedFile, WorkerSettings};
 use crate::config::Emit;
@@ -8,7 +8,7 @@ use partprobe_carrier::Carrier;
 use partprobe_dataset::IndexEntry;
 use partprobe_formats::{Compression, carrier_file, labels_to_npz};
 
-/// The bytes of every file that the settings ask for, in their order; the shape's entry gets the hash of its carrier.
+/// The bytes of every file that the settings request, in their order. The shape's entry gets the hash of its carrier.
 pub(super) fn emitted(
     carrier: &Carrier,
     settings: &WorkerSettings,

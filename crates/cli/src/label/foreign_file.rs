@@ -1,20 +1,20 @@
-//! Recognizes a file that `label` does not read, and says what its owner can do.
+//! Recognizes a file that `label` does not read, and makes a message with advice.
 //!
-//! A name and the first bytes go in, a sentence comes out; the file is not read further.
+//! A name and the first bytes go in, and a sentence comes out. The rest of the file is not read.
 
-/// What is said of meshes that are read only without STEP files next to them.
+/// The message for meshes that are read only without STEP files next to them.
 const NEXT_TO_STEP: &str =
     "it is not read together with STEP files; label meshes and point clouds in a call of their own";
-/// What is said of meshes that are not read.
+/// The message for meshes that are not read.
 const OTHER_MESH: &str =
     "export STEP from the program that made it, or a mesh as OBJ, PLY, STL or OFF";
-/// What is said of files of CAD programs.
+/// The advice for files of CAD programs.
 const CAD: &str = "open it in a CAD program and export STEP (AP214 or AP242)";
-/// What is said of carriers and point samples.
+/// The message for carriers and point samples.
 const OURS: &str =
     "it is labeled already; `render`, `export` and `sample` read data sets and carriers";
 
-/// Endings, what such a file is, and what to do.
+/// Endings, the description of such a file, and the advice.
 const KNOWN: [(&[&str], &str, &str); 20] = [
     (&["stl", "obj", "off"], "a mesh", NEXT_TO_STEP),
     (&["ply"], "a mesh or a point cloud", NEXT_TO_STEP),
@@ -62,10 +62,10 @@ const KNOWN: [(&[&str], &str, &str); 20] = [
     ),
 ];
 
-/// What a file is by its ending, and what to do; `None` if the ending says nothing.
+/// The description of a file by its ending, with advice. Returns `None` if the ending is not known.
 pub(super) fn foreign_by_name(name: &str) -> Option<String> {
     let (stem, ending) = name.rsplit_once('.')?;
-    // Creo counts versions behind its endings: `bracket.prt.3`.
+    // Creo appends version numbers to its endings: `bracket.prt.3`.
     let is_version = ending.chars().all(|c| c.is_ascii_digit());
     let ending = if is_version {
         stem.rsplit_once('.').map_or(ending, |(_, ending)| ending)
@@ -80,7 +80,7 @@ pub(super) fn foreign_by_name(name: &str) -> Option<String> {
     Some(format!("it is {what}: {advice}"))
 }
 
-/// What a file is by its first bytes, where its name says nothing; the file is neither STEP nor a list.
+/// The description of a file by its first bytes, if its name is not known. The file is neither STEP nor a list.
 pub(super) fn foreign_by_content(start: &[u8]) -> String {
     if start.is_empty() {
         return "the file is empty".to_owned();

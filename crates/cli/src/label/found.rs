@@ -1,28 +1,28 @@
-//! Defines what a path that the arguments lead to is, and what is done with it.
+//! Defines the paths that are found from the arguments, and their use.
 
 use super::walk::Problem;
 use partprobe_formats::ArchiveKind;
 use partprobe_imports::is_given_name;
 use std::path::PathBuf;
 
-/// A path that one of the arguments leads to.
+/// A path that is found from one of the arguments.
 #[derive(Clone, Debug)]
 pub(super) struct Found {
-    /// Which argument.
+    /// The index of the argument.
     pub(super) argument: usize,
     pub(super) path: PathBuf,
-    /// The path below the argument; empty for an argument that is a file itself.
+    /// The path below the argument. It is empty for an argument that is a file.
     pub(super) below: PathBuf,
     pub(super) what: FoundItem,
-    /// How many files the line stands for, where it counts some.
+    /// The number of files, if the line counts several.
     pub(super) n_files: Option<u64>,
 }
 
-/// The ending of rows of numbers, and of any other text: such a file is seldom a cloud.
+/// The ending of rows of numbers, but also of any other text. Such a file is seldom a cloud.
 const TEXT: &str = ".txt";
 
 impl Found {
-    /// Whether it is a STEP file or an archive. A name that says mesh or cloud is neither.
+    /// Whether it is a STEP file or an archive. A name of a mesh or a cloud is neither.
     pub(super) fn is_of_step(&self) -> bool {
         let name = self.path.file_name().unwrap_or_default().to_string_lossy();
         match self.what {
@@ -32,8 +32,8 @@ impl Found {
         }
     }
 
-    /// Adds the reason why meshes and clouds are not read, where the line counts files with an ending of theirs. The call
-    /// leads to a STEP file or an archive.
+    /// Adds the reason why meshes and clouds are not read, if the line counts files with one of their endings. It is called if
+    /// the arguments contain a STEP file or an archive.
     pub(super) fn add_next_to_step(&mut self) {
         let name = self.path.file_name().unwrap_or_default().to_string_lossy();
         if let FoundItem::Unread(problem) = &mut self.what
@@ -48,7 +48,7 @@ impl Found {
     }
 }
 
-/// What is done with a path.
+/// The use of a path.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum FoundItem {
     /// It is read, as an archive, as STEP, or as a mesh or a cloud.

@@ -3,10 +3,10 @@
 use anyhow::{Context, Result, ensure};
 use std::io::{Read, Write};
 
-/// No block is longer; a larger length means that something else wrote to the pipe.
+/// The largest length of a block. A larger length means that something else wrote to the pipe.
 const MAX_FRAME_BYTES: u64 = 1 << 33;
 
-/// A block up to this length is written together with its length, and memory for as much is taken before it is read.
+/// A block up to this length is written together with its length, and memory for this length is allocated before a block is read.
 const SHORT_BYTES: usize = 1 << 16;
 
 /// Writes one block.
@@ -21,7 +21,7 @@ pub(super) fn write_frame(pipe: &mut impl Write, bytes: &[u8]) -> Result<()> {
     Ok(pipe.flush()?)
 }
 
-/// Reads one block; `None` if the pipe ends before a block begins.
+/// Reads one block. Returns `None` if the pipe ends before a block begins.
 pub(super) fn read_frame(pipe: &mut impl Read) -> Result<Option<Vec<u8>>> {
     let mut start = Vec::with_capacity(9);
     pipe.by_ref().take(8).read_to_end(&mut start)?;
@@ -37,7 +37,7 @@ pub(super) fn read_frame(pipe: &mut impl Read) -> Result<Option<Vec<u8>>> {
         length <= MAX_FRAME_BYTES,
         "the pipe announces {length} bytes"
     );
-    // The length is not believed beyond a little: what is announced may never come.
+    // Only a limited amount of memory is allocated, because the announced bytes may never come.
     let mut bytes = Vec::with_capacity((length as usize).min(SHORT_BYTES) + 1);
     pipe.by_ref().take(length).read_to_end(&mut bytes)?;
     ensure!(bytes.len() as u64 == length, "the pipe ends inside a block");

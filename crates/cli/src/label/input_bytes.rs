@@ -1,4 +1,4 @@
-//! Reads what a worker labels: the text of a STEP file, or a mesh or a point cloud with the file of labels next to it.
+//! Reads the input of a worker: the text of a STEP file, or a mesh or a point cloud with the file of labels next to it.
 
 use super::step_text::{begins_as_step, file_bytes, unpacked};
 use anyhow::{Context, Result};
@@ -39,7 +39,7 @@ impl NamedFile {
     }
 }
 
-/// Whether a file is a mesh or a cloud, by its name and by what it begins with.
+/// Whether a file is a mesh or a cloud, by its name and its first bytes.
 pub(super) fn is_given(name: &str, start: &[u8]) -> bool {
     let is_text = name
         .rsplit_once('.')
@@ -75,7 +75,7 @@ impl InputBytes {
         }))
     }
 
-    /// The hash by which the input is known again.
+    /// The hash by which the input is recognized.
     pub(super) fn sha256(&self) -> String {
         match self {
             Self::Step(text) => sha256_hex(text),
@@ -84,11 +84,11 @@ impl InputBytes {
     }
 }
 
-/// How much of a file tells what it is.
+/// The number of first bytes by which a file is recognized.
 const LOOK_BYTES: usize = 4096;
 
 impl GivenBytes {
-    /// The hash of the file; with labels next to it, that of both.
+    /// The hash of the file, or of both files if there are labels next to it.
     pub(super) fn sha256(&self) -> String {
         match &self.labels {
             None => sha256_hex(&self.shape.bytes),
@@ -99,7 +99,7 @@ impl GivenBytes {
     /// The shape with its labels.
     ///
     /// # Errors
-    /// If one of the files cannot be understood, or they do not fit each other.
+    /// If one of the files cannot be read, or they do not match each other.
     pub(super) fn shape(&self) -> Result<GivenShape> {
         let labels = self.labels.as_ref().map(NamedFile::as_named);
         Ok(given_shape(self.shape.as_named(), labels)?)

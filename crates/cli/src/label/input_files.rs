@@ -1,5 +1,5 @@
-//! Turns the paths of the command line into STEP files, archives of them, meshes and point clouds, each with the id that
-//! it gets, and into lines for all other files.
+//! Finds STEP files, archives of them, meshes and point clouds from the paths of the command line, each with its id, and makes
+//! lines of the index for all other files.
 
 use super::foreign_file::{foreign_by_content, foreign_by_name};
 use super::found::{Found, FoundItem};
@@ -17,30 +17,31 @@ use std::fs::{self, File};
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
-/// How much of a file is looked at to tell STEP from a list.
+/// The number of first bytes that distinguish STEP from a list.
 const LOOK_BYTES: u64 = 4096;
 
 /// A file to label, or an archive of such files.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct InputFile {
-    /// Where it is.
+    /// Its path.
     pub(crate) path: PathBuf,
-    /// `<name of the argument>__<relative path>`, `/` as `__`; without ending unless another file would have the id.
+    /// `<name of the argument>__<relative path>`, with `__` for `/`, and without the ending unless another file would have the
+    /// same id.
     pub(crate) id: String,
     /// `<name of the argument>/<relative path>`.
     pub(crate) name: String,
-    /// Which archive it is, if it is one.
+    /// The kind of archive, if it is one.
     pub(crate) archive: Option<ArchiveKind>,
 }
 
-/// What the arguments come to.
+/// All inputs that are found from the arguments.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct InputList {
     /// The files and archives, in the order of the arguments and sorted below each.
     pub(crate) files: Vec<InputFile>,
-    /// Lines of the index for what is not read, each with the reason.
+    /// Lines of the index for files that are not read, each with the reason.
     pub(crate) unread: Vec<IndexEntry>,
-    /// Paths that were given again, once for each further time; they are read once.
+    /// Paths that were given again, once for each repetition. Each is read once.
     pub(crate) repeated: Vec<PathBuf>,
 }
 
@@ -48,7 +49,7 @@ impl InputList {
     /// The same sources, unless there is nothing to label among them.
     ///
     /// # Errors
-    /// If there is no file; the message gives the first reasons.
+    /// If there is no file. The message gives the first reasons.
     pub(crate) fn not_empty(self) -> Result<Self> {
         let reasons: Vec<String> = self
             .unread
@@ -78,14 +79,14 @@ impl InputList {
     }
 }
 
-/// Finds the files: a STEP file or an archive is itself, a folder is walked in sorted order, a text whose lines look
-/// like paths is a list, and `lists` are lists in any case.
+/// Finds the files: a STEP file or an archive is used directly, a folder is walked in sorted order, a text whose lines look like
+/// paths is a list, and `lists` are always lists.
 ///
-/// Meshes and clouds next to STEP files are often the same shapes again. So they are read only if there is no STEP file and
-/// no archive among all that is given.
+/// Meshes and clouds next to STEP files are often the same shapes. So they are read only if the inputs contain no STEP file and
+/// no archive.
 ///
 /// # Errors
-/// If an argument does not exist, a list cannot be read, or two files cannot be told apart by name.
+/// If an argument does not exist, a list cannot be read, or two files cannot be distinguished by name.
 pub(crate) fn input_files(paths: &[PathBuf], lists: &[PathBuf]) -> Result<InputList> {
     let lists: Vec<(&PathBuf, ListText)> = lists
         .iter()
@@ -104,7 +105,7 @@ pub(crate) fn input_files(paths: &[PathBuf], lists: &[PathBuf]) -> Result<InputL
     listed(if has_files { given } else { of_step })
 }
 
-/// The arguments with all that they lead to.
+/// The arguments with all paths that are found from them.
 struct FoundInAll {
     arguments: Vec<Argument>,
     found: Vec<Found>,
@@ -129,7 +130,7 @@ fn found_in_all(
     Ok(FoundInAll { arguments, found })
 }
 
-/// Names all that was found, each path once.
+/// Names all found paths, each once.
 fn listed(
     FoundInAll {
         arguments,
@@ -214,7 +215,7 @@ fn not_there(path: &Path, error: &io::Error) -> String {
     }
 }
 
-/// What a walk finds, under the name `below` of the folder in its list.
+/// The paths that a walk finds. `below` is the name of the folder in its list.
 fn found_in_folder(folder: &Path, argument: usize, below: &Path, wanted: Wanted) -> Vec<Found> {
     let walked = walk(folder, wanted);
     let mut found = Vec::new();
@@ -244,7 +245,7 @@ fn found_in_folder(folder: &Path, argument: usize, below: &Path, wanted: Wanted)
     found
 }
 
-/// A file whose name says STEP or archive; which archive, its content says.
+/// The kind of a file whose name is that of STEP or an archive. The content determines the kind of archive.
 fn what_by_name(path: &Path) -> FoundItem {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let is_archive = ArchiveKind::of_name(&name).is_some();
@@ -254,24 +255,24 @@ fn what_by_name(path: &Path) -> FoundItem {
     let by_name = ArchiveKind::of_name(&name).map(|(kind, _)| kind);
     match File::open(path).and_then(Packing::of_content) {
         Ok(Packing::Archive(kind)) => FoundItem::File(Some(kind)),
-        // One packed file, or STEP text, under the name of an archive: the worker reads it.
+        // One packed file, or STEP text, with the name of an archive. The worker reads it.
         Ok(Packing::OneFile) => FoundItem::File(None),
         Ok(Packing::Nothing) if begins_as_step(&start_of(path).unwrap_or_default()) => {
             FoundItem::File(None)
         }
-        // A damaged archive is named when it is walked.
+        // A damaged archive is reported when it is walked.
         Ok(Packing::Nothing) => FoundItem::File(by_name),
         Err(error) => FoundItem::Unread(Problem::failed(format!("opening the archive: {error}"))),
     }
 }
 
-/// What an argument or a line of a list is.
+/// The kind of an argument or of a line of a list.
 enum ArgumentKind {
     Item(FoundItem),
     List(ListText),
 }
 
-/// Tells by name and content what a path is that was named by itself; it must exist, and is not a folder.
+/// Determines the kind of an explicitly named path by its name and content. The path must exist and must not be a folder.
 fn classified(path: &Path, wanted: Wanted) -> Result<ArgumentKind> {
     let metadata = fs::metadata(path).with_context(|| format!("reading {}", path.display()))?;
     if let Some(kind) = special_kind(&metadata) {
@@ -330,7 +331,7 @@ fn start_of(path: &Path) -> io::Result<Vec<u8>> {
     Ok(start)
 }
 
-/// The files of a list, each from the current folder or else from the list's.
+/// The files of a list, relative to the current folder or otherwise to the folder of the list.
 fn found_in_list(list: &Path, argument: usize, text: &ListText, wanted: Wanted) -> Vec<Found> {
     let mut found = Vec::new();
     for line in text.paths() {
@@ -339,7 +340,7 @@ fn found_in_list(list: &Path, argument: usize, text: &ListText, wanted: Wanted) 
             found.extend(found_in_folder(&path, argument, &line, wanted));
             continue;
         }
-        // A path that does not exist stays in the list: its line in the index says so.
+        // A path that does not exist stays in the list. Its line in the index reports this.
         let what = match fs::metadata(&path)
             .ok()
             .and_then(|_| classified(&path, wanted).ok())
@@ -361,7 +362,7 @@ fn found_in_list(list: &Path, argument: usize, text: &ListText, wanted: Wanted) 
     found
 }
 
-/// The id that a file gets by its own name: what the verbs use that read one file at a time.
+/// The id that a file gets by its own name. Verbs that read one file at a time use it.
 #[must_use]
 pub(crate) fn id_of_path(path: &Path) -> String {
     super::shape_id::id_of_argument(&argument_name(path))

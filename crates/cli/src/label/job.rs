@@ -1,4 +1,4 @@
-//! Defines what is labeled, how, and what may be in the folder already.
+//! Defines a job: its inputs, its settings, and the use of a data set that already exists in the folder.
 
 use super::released::ReleasedLabels;
 use super::shard::Shard;
@@ -7,24 +7,24 @@ use partprobe_dataset::Status;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// What is done with a data set that stands in the folder.
+/// The use of a data set that already exists in the folder.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum ExistingDataset {
-    /// It is a reason to refuse.
+    /// The job is refused.
     Refused,
     /// It is removed.
     Replaced,
     /// It is resumed, if settings and inputs are the same.
     Resumed,
-    /// The same, and files with one of these outcomes are labeled again; budgets may have risen.
+    /// It is resumed, and files with one of these outcomes are labeled again. Budgets may be larger.
     Retried(Vec<Status>),
 }
 
-/// What is labeled, how, and to where.
+/// The inputs, the settings and the output folder.
 #[derive(Clone, Debug)]
 pub(crate) struct LabelJob {
     pub(super) paths: Vec<PathBuf>,
-    /// Files that are read as lists of paths in any case.
+    /// Files that are always read as lists of paths.
     pub(super) lists: Vec<PathBuf>,
     pub(super) out: PathBuf,
     pub(super) config: Config,
@@ -65,7 +65,7 @@ impl LabelJob {
         }
     }
 
-    /// The same job, for files of a package alone, which must get the labels of the package.
+    /// The same job, only for files of a package, which must get the labels of the package.
     #[must_use]
     pub(crate) fn with_released(self, released: &Arc<ReleasedLabels>) -> Self {
         Self {
@@ -80,7 +80,7 @@ impl LabelJob {
         Self { shard, ..self }
     }
 
-    /// The same job, which removes the data set that stands in the folder once its own files are known.
+    /// The same job, which removes the existing data set in the folder once its own files are known.
     #[must_use]
     pub(crate) fn replacing(self) -> Self {
         Self {
@@ -89,7 +89,7 @@ impl LabelJob {
         }
     }
 
-    /// The same job, which resumes the data set in the folder; it begins a new one if there is none.
+    /// The same job, which resumes the data set in the folder, or begins a new one if there is none.
     #[must_use]
     pub(crate) fn resuming(self) -> Self {
         Self {

@@ -1,5 +1,5 @@
-//! Lists of paths: one on each line, or each with a zero byte behind it; in bytes, as names need not be UTF-8. `#` begins
-//! a comment line.
+//! Reads lists of paths: one path per line, or each path followed by a zero byte. Lists are bytes, because names need not be
+//! UTF-8. `#` begins a comment line.
 
 use super::path_text::{name_text, path_of_bytes};
 use super::walk::is_wanted;
@@ -9,7 +9,7 @@ use std::fs;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-/// So many lines decide whether a text is a list.
+/// The number of lines that decide whether a text is a list.
 const MAX_LOOKED_AT: usize = 100;
 
 /// The bytes of a list.
@@ -44,7 +44,7 @@ impl ListText {
         lines_of(&self.0).map(path_of_bytes).collect()
     }
 
-    /// Where a line leads: from the current folder, or else from the list's.
+    /// The path of a line, relative to the current folder, or otherwise to the folder of the list.
     pub(super) fn resolved(list: &Path, line: &Path) -> PathBuf {
         let beside = list.parent().unwrap_or(Path::new("")).join(line);
         if !line.exists() && beside.exists() {
@@ -57,7 +57,7 @@ impl ListText {
 
 fn lines_of(text: &[u8]) -> impl Iterator<Item = &[u8]> {
     let text = text.strip_prefix(b"\xef\xbb\xbf").unwrap_or(text);
-    // `find -print0` ends each path with a zero byte, since names may hold line breaks.
+    // `find -print0` ends each path with a zero byte, because names may contain line breaks.
     let end = if text.contains(&0) { 0 } else { b'\n' };
     let trimmed = move |line| {
         if end == 0 {
@@ -71,7 +71,7 @@ fn lines_of(text: &[u8]) -> impl Iterator<Item = &[u8]> {
         .filter(|line| !line.is_empty() && !line.starts_with(b"#"))
 }
 
-/// Whether at least half of the lines that a file begins with exist as paths, or end as STEP files and archives do.
+/// Whether at least half of the first lines of a file are existing paths, or have the endings of STEP files and archives.
 pub(super) fn looks_like_list(list: &Path, start: &[u8]) -> bool {
     if start.contains(&0) {
         return false;

@@ -1,11 +1,10 @@
 //! Labels STEP files, meshes and point clouds into a data set of carriers (`partprobe label`).
 //!
-//! What goes in is a list of paths to files, folders, lists and archives; what comes out is a folder that
-//! [`partprobe_dataset::Dataset`] opens. One thread reads ahead, archives included; a supervisor for each worker writes
-//! what comes back and notes it in the journal, so that a batch can be resumed after any interruption.
-//! Every file is read in a worker process with an address-space limit and a watchdog, so that neither a stack
-//! overflow nor an allocation failure ends a batch; this process only starts workers and writes what they return.
-//! The data set's bytes do not depend on the number of workers.
+//! A list of paths to files, folders, lists and archives goes in, and a folder that [`partprobe_dataset::Dataset`] opens comes
+//! out. One thread reads ahead, including archives. One supervisor per worker writes the results and records them in the journal,
+//! so that a batch can be resumed after any interruption. Every file is read in a worker process with an address-space limit and
+//! a watchdog, so neither a stack overflow nor an allocation failure ends a batch. This process only starts workers and writes
+//! their results. The data set's bytes do not depend on the number of workers.
 
 mod batch;
 mod changed_inputs;

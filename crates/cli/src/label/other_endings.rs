@@ -1,11 +1,11 @@
-//! Counts files whose endings say neither STEP nor archive, by ending, with an example or two of each.
+//! Counts files whose endings are neither of STEP nor of archives, by ending, with one or two examples of each.
 
 use partprobe_dataset::{IndexEntry, Status};
 use std::collections::BTreeMap;
 
-/// Endings beyond these are counted together.
+/// The largest number of endings. Further endings are counted together.
 const MAX_ENDINGS: usize = 30;
-/// So many files of an ending are named.
+/// The number of named files per ending.
 const MAX_EXAMPLES: usize = 2;
 /// Longer endings are parts of names.
 const MAX_ENDING_BYTES: usize = 16;
@@ -26,7 +26,7 @@ impl EndingCount {
     fn add(&mut self, n_files: u64, examples: &[String]) {
         self.n_files += n_files;
         self.examples.extend_from_slice(examples);
-        // The first ones by name, for any order of the files.
+        // The examples are the first ones by name, for any order of the files.
         self.examples.sort();
         self.examples.truncate(MAX_EXAMPLES);
     }
@@ -41,7 +41,7 @@ impl OtherEndings {
             .add(1, &[name.to_owned()]);
     }
 
-    /// A pattern for each ending, such as `*.txt`, and the line of the index that counts its files.
+    /// One pattern per ending, such as `*.txt`, and the line of the index that counts its files.
     pub(super) fn into_lines(self) -> Vec<(String, OtherEnding)> {
         let mut endings: Vec<(String, EndingCount)> = self.of_ending.into_iter().collect();
         endings.sort_by(|(a, first), (b, second)| {

@@ -1,6 +1,6 @@
-//! Defines the error of a file that asks for more than the settings allow.
+//! Defines the error of a file that needs more than the settings allow.
 
-/// The file asks for more than the settings allow.
+/// The file needs more than the settings allow.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct OverBudget(pub(super) String);
 
@@ -12,10 +12,10 @@ impl std::fmt::Display for OverBudget {
 
 impl std::error::Error for OverBudget {}
 
-/// Why a file ends that asks for more memory than its worker has.
+/// The reason for a file that needs more memory than its worker has.
 pub(super) const OVER_MEMORY: &str = "the file needs more memory than label.memory_mb allows";
 
-/// What is said of a file with more text than the settings allow.
+/// The message for a file with more text than the settings allow.
 pub(super) fn too_large(max_bytes: u64) -> String {
     format!(
         "the file has more than {} MiB; raise label.max_file_mb to read it",

@@ -1,9 +1,9 @@
-//! Writes paths as bytes for pipes, and as text for the index: names need not be UTF-8.
+//! Writes paths as bytes for pipes, and as text for the index, because names need not be UTF-8.
 
 use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
 
-/// The text of a file name; see [`partprobe_formats::text_of_name`].
+/// The text of a file name, see [`partprobe_formats::text_of_name`].
 pub(super) fn name_text(name: &OsStr) -> String {
     partprobe_formats::text_of_name(&bytes_of(name))
 }

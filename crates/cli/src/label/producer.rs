@@ -1,4 +1,4 @@
-//! Reads ahead in a thread: files and members of archives go into the queue, what is refused goes into the journal.
+//! Reads ahead in a thread: files and members of archives go into the queue, and refused ones go into the journal.
 
 use super::input_files::{InputFile, InputList};
 use super::other_endings::OtherEndings;
@@ -21,21 +21,21 @@ use std::fs::File;
 use std::io::BufReader;
 use std::ops::ControlFlow;
 
-/// What ends the id of a file that the package does not have.
+/// The end of the id of a file that the package does not have.
 const REFUSED_MARK: &str = "#refused";
 /// An archive is read in pieces of this size.
 const BUFFER_BYTES: usize = 1 << 18;
 
-/// How many files a batch has, as far as the archives' own lists tell.
+/// The number of files of a batch, according to the lists in the archives.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct ExpectedFiles {
     pub(super) n_files: u64,
-    /// An archive without a list may hold more.
+    /// Whether there may be more, because an archive has no list.
     pub(super) has_more: bool,
 }
 
 impl ExpectedFiles {
-    /// Counts the files of a share; an archive that cannot be opened counts nothing here.
+    /// Counts the files of a share. An archive that cannot be opened does not count here.
     pub(super) fn of(sources: &InputList, shard: Option<Shard>) -> Self {
         let is_held = |id: &str| shard.is_none_or(|shard| shard.holds(id));
         let counts = |entry: &&IndexEntry| entry.status != Status::Skipped && is_held(&entry.id);
@@ -61,7 +61,7 @@ impl ExpectedFiles {
     }
 }
 
-/// How many STEP members of a share there are; ids that other members share are counted as if they had no others.
+/// The number of STEP members in a share. It uses the shortest ids, also for members whose ids must be longer.
 fn n_held(archive: &InputFile, names: &[String], is_held: impl Fn(&str) -> bool) -> u64 {
     let steps = names.iter().filter(|name| is_step(name));
     steps
@@ -91,7 +91,7 @@ pub(super) struct Producer<'a> {
     pub(super) released: Option<&'a ReleasedLabels>,
 }
 
-/// Hashes of ids; a million of them take 30 MB.
+/// Hashes of ids. A million of them need 30 MB.
 #[derive(Default)]
 struct IdSet(BTreeSet<[u8; 16]>);
 
@@ -108,14 +108,14 @@ impl IdSet {
         ids
     }
 
-    /// Adds an id; says no if it is there.
+    /// Adds an id. Returns `false` if it already exists.
     fn insert(&mut self, id: &str) -> bool {
         let hash = Sha256::digest(id);
         self.0.insert(*hash.first_chunk().unwrap_or(&[0; 16]))
     }
 }
 
-/// What is known of an archive while it is walked.
+/// The state of an archive while it is walked.
 struct Walking<'a> {
     archive: &'a InputFile,
     /// Members of the archive's list whose ids must be longer than the shortest.
@@ -152,7 +152,7 @@ impl<'a> Walking<'a> {
         }
     }
 
-    /// The shortest id of a member that no other source has; it is taken then.
+    /// The shortest id of a member that no other source has. It is marked as taken.
     fn take_id(&self, name: &str, taken: &mut IdSet) -> Option<String> {
         let components = member_components(self.archive, name);
         let shortest = self.longer_ids.get(name).copied().unwrap_or(IdForm::Stem);
@@ -166,7 +166,7 @@ impl<'a> Walking<'a> {
 }
 
 impl Producer<'_> {
-    /// Feeds the queue until the files end; says whether they did.
+    /// Fills the queue until the files end. Returns whether they did.
     pub(super) fn run(&self) -> Result<bool> {
         let mut taken = IdSet::of(&self.sources.files);
         for entry in &self.sources.unread {
@@ -203,11 +203,11 @@ impl Producer<'_> {
         }))
     }
 
-    /// The id of a file: that of the package, if the batch is held to one. `None` if the package does not have the file, which
-    /// is noted then.
+    /// The id of a file: that of the package, if the batch has one. Returns `None` if the package does not have the file, which
+    /// is recorded then.
     ///
-    /// Files are given to the package in the order of the inputs, also those that an earlier call has done, so that a batch that
-    /// is resumed gives the same ids.
+    /// Files are given to the package in the order of the inputs, including those that an earlier call has finished, so a resumed
+    /// batch gives the same ids.
     fn released_id(
         &self,
         own_id: &str,
@@ -217,7 +217,7 @@ impl Producer<'_> {
         let Some(released) = self.released else {
             return Ok(Some(own_id.to_owned()));
         };
-        // A file that cannot be read goes to a worker, who says why.
+        // A file that cannot be read goes to a worker, which reports the reason.
         let Some(sha256) = hash() else {
             return Ok(Some(own_id.to_owned()));
         };
@@ -276,7 +276,7 @@ impl Producer<'_> {
         ended
     }
 
-    /// Notes the members of an archive that are not STEP.
+    /// Records the members of an archive that are not STEP.
     fn record_other_endings(&self, walking: Walking<'_>) -> Result<()> {
         let archive = walking.archive;
         for (pattern, line) in walking.other_endings.into_lines() {
@@ -307,7 +307,7 @@ impl Producer<'_> {
             ))
     }
 
-    /// Queues a member, or notes why not; says whether anybody wants more.
+    /// Queues a member, or records why not. Returns whether more members are wanted.
     fn feed_member(
         &self,
         walking: &mut Walking<'_>,
@@ -347,9 +347,9 @@ impl Producer<'_> {
         self.feed_content(&id, &source, content)
     }
 
-    /// Queues what a member holds, or notes why not; says whether anybody wants more.
+    /// Queues the content of a member, or records why not. Returns whether more members are wanted.
     fn feed_content(&self, id: &str, source: &str, content: Content<'_>) -> Result<bool> {
-        // The package must see a member even if it is done.
+        // The package must process a member even if it is done.
         let is_done = self.recorder.has(source);
         if !self.is_held(id) || (is_done && self.released.is_none()) {
             return Ok(true);
@@ -391,7 +391,7 @@ impl Producer<'_> {
         if !self.is_held(&id) {
             return Ok(());
         }
-        // The name is shown as it is, but for what a terminal would obey.
+        // The name is shown without changes, except for control characters.
         let shown = given_name.replace(char::is_control, "\u{fffd}");
         let entry =
             IndexEntry::without_carrier(&id, &format!("{}/{shown}", archive.name), status, reason);
@@ -406,14 +406,14 @@ impl Producer<'_> {
     }
 }
 
-/// Whether the last component of a member's name says STEP.
+/// Whether the last component of a member's name has an ending of STEP.
 fn is_step(name: &str) -> bool {
     name.rsplit('/')
         .next()
         .is_some_and(|last| step_stem(last).is_some())
 }
 
-/// Such members are named with any content.
+/// Whether a refusal is about the name. Such members are reported for any content.
 fn is_about_the_name(refusal: &Refusal) -> bool {
     matches!(refusal, Refusal::UnsafeName(_) | Refusal::Nested)
 }

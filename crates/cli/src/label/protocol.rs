@@ -1,36 +1,36 @@
-//! Defines what `label` and its workers say to each other through pipes.
+//! Defines the messages between `label` and its workers through pipes.
 
 use crate::config::{Emit, LabelConfig, SampleConfig};
 use partprobe_dataset::IndexEntry;
 use serde::{Deserialize, Serialize};
 
-/// What a worker must know before its first file.
+/// The settings that a worker needs before its first file.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub(super) struct WorkerSettings {
     pub(super) label: LabelConfig,
-    /// How points are drawn, where they are asked for.
+    /// The settings of sampling, if points are requested.
     pub(super) sample: SampleConfig,
 }
 
 /// One file to label.
 #[derive(Debug, Deserialize, Serialize)]
 pub(super) struct Request {
-    /// What the block holds that follows: a path is bytes, and need not be text.
+    /// The content of the following block. A path is bytes and need not be text.
     pub(super) follows: Follows,
     pub(super) id: String,
     pub(super) source: String,
 }
 
-/// What follows a request.
+/// The kind of the block after a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 pub(super) enum Follows {
-    /// Where the file is.
+    /// The path of the file.
     Path,
     /// The bytes of the file.
     Bytes,
 }
 
-/// What became of it; a block of bytes follows for each file that was emitted.
+/// The result of a file. One block of bytes per emitted file follows.
 #[derive(Debug, Deserialize, Serialize)]
 pub(super) struct ReplyHead {
     pub(super) outcome: Outcome,
@@ -38,7 +38,7 @@ pub(super) struct ReplyHead {
     pub(super) seconds: f64,
 }
 
-/// A line of the index, and which files follow for it.
+/// A line of the index, and the kinds of the files that follow for it.
 #[derive(Debug, Deserialize, Serialize)]
 pub(super) struct ReplyShape {
     pub(super) entry: IndexEntry,
@@ -52,7 +52,7 @@ pub(super) struct EmittedFile {
     pub(super) bytes: Vec<u8>,
 }
 
-/// How a request ended inside a worker that lives on.
+/// The result of a request in a worker that continues to run.
 #[derive(Debug, Deserialize, Serialize)]
 pub(super) enum Outcome {
     Labeled(Vec<ReplyShape>),

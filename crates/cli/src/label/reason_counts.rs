@@ -1,8 +1,8 @@
-//! Counts reasons. Those that differ in numbers only are counted as one.
+//! Counts reasons. Those that differ only in numbers are counted as one.
 
 use std::collections::BTreeMap;
 
-/// How often each reason was given; numbers in which the reasons of one line differ are shown as `…`.
+/// The number of times that each reason was given. Numbers in which the reasons of one line differ are shown as `…`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct ReasonCounts<K> {
     of_form: BTreeMap<(K, String), CommonReason>,
@@ -19,22 +19,22 @@ impl<K> Default for ReasonCounts<K> {
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct CommonReason {
     n: u64,
-    /// What all the reasons have in common.
+    /// The text that all the reasons have in common.
     reason: String,
     /// The source of the first of them.
     first: String,
 }
 
-/// A reason, how often it was given, and for which source first.
+/// A reason, its count, and its first source.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct ReasonCount<'a, K> {
-    /// What the reasons are counted by, apart from their text.
+    /// The kind by which the reasons are counted, in addition to their text.
     pub(crate) kind: K,
     /// The reason.
     pub(crate) reason: &'a str,
-    /// How often it was given.
+    /// The number of times that it was given.
     pub(crate) n: u64,
-    /// The first source that it was given for.
+    /// The first source for which it was given.
     pub(crate) first: &'a str,
 }
 
@@ -56,13 +56,13 @@ impl<K: Copy + Ord> ReasonCounts<K> {
         }
     }
 
-    /// How many reasons were given in all.
+    /// The total number of given reasons.
     #[must_use]
     pub(crate) fn total(&self) -> u64 {
         self.of_form.values().map(|counted| counted.n).sum()
     }
 
-    /// The reasons, the most frequent first.
+    /// The reasons, beginning with the most frequent one.
     #[must_use]
     pub(crate) fn ranked(&self) -> Vec<ReasonCount<'_, K>> {
         let mut rows: Vec<_> = self.of_form.iter().collect();
@@ -80,7 +80,7 @@ impl<K: Copy + Ord> ReasonCounts<K> {
     }
 }
 
-/// The reason with `…` in place of each number.
+/// The reason with `…` instead of each number.
 fn without_numbers(reason: &str) -> String {
     pieces(reason)
         .into_iter()
@@ -88,7 +88,7 @@ fn without_numbers(reason: &str) -> String {
         .collect()
 }
 
-/// Two reasons of one form: numbers in which they differ become `…`.
+/// The common text of two reasons of the same form. Numbers in which they differ become `…`.
 fn common(a: &str, b: &str) -> String {
     pieces(a)
         .into_iter()
@@ -97,7 +97,7 @@ fn common(a: &str, b: &str) -> String {
         .collect()
 }
 
-/// A text cut between numbers and what stands between them; a `…` counts as a number.
+/// A text that is divided into numbers and the parts between them. A `…` counts as a number.
 fn pieces(text: &str) -> Vec<&str> {
     let is_digit = |c: char| c.is_ascii_digit() || c == '…';
     let mut pieces = Vec::new();

@@ -1,4 +1,4 @@
-//! Defines what the threads of a batch share: the writer of the data set, the bar, and the line of a file that was never
+//! Defines the data that the threads of a batch share: the writer of the data set, the bar, and the line of a file that was never
 //! labeled.
 
 use crate::clock::unix_seconds;
@@ -7,7 +7,7 @@ use indicatif::ProgressBar;
 use partprobe_dataset::{DatasetWriter, FileRecord, IndexEntry};
 use std::sync::{Mutex, PoisonError};
 
-/// The writer of the data set behind a lock, with the bar that follows it.
+/// The writer of the data set with a lock, and the progress bar.
 pub(super) struct Recorder {
     writer: Mutex<DatasetWriter>,
     bar: ProgressBar,
@@ -22,7 +22,7 @@ impl Recorder {
         }
     }
 
-    /// Whether a file is done already.
+    /// Whether a file is already done.
     pub(super) fn has(&self, source: &str) -> bool {
         self.writer
             .lock()
@@ -31,7 +31,7 @@ impl Recorder {
             .has(source)
     }
 
-    /// Notes that a file is done.
+    /// Records that a file is done.
     pub(super) fn record(&self, record: FileRecord) -> Result<()> {
         let mut writer = self.writer.lock().unwrap_or_else(PoisonError::into_inner);
         writer.record(record)?;
@@ -39,7 +39,7 @@ impl Recorder {
         Ok(())
     }
 
-    /// Notes a file that no worker will see.
+    /// Records a file that no worker gets.
     pub(super) fn record_without_worker(&self, entry: IndexEntry) -> Result<()> {
         self.record(FileRecord {
             source: entry.source.clone(),

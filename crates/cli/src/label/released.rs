@@ -1,4 +1,4 @@
-//! Holds a batch to the labels of a package: which files are labeled, under which ids, and whether the labels are the same.
+//! Restricts a batch to the labels of a package: it chooses the files and their ids, and checks that the labels are the same.
 
 use super::protocol::EmittedFile;
 use crate::config::Emit;
@@ -11,16 +11,16 @@ use partprobe_tables::ShapeLabels;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Mutex, PoisonError};
 
-/// A shape of the answer of a worker: its line, and the files that are written for it.
+/// A shape in the answer of a worker: its line, and the files that are written for it.
 pub(super) type EmittedShape = (IndexEntry, Vec<EmittedFile>);
 
 /// The released labels that the files of a batch must have.
 #[derive(Debug)]
 pub(crate) struct ReleasedLabels {
     package: LabelPackage,
-    /// By id.
+    /// The shapes by id.
     shapes: BTreeMap<String, PackagedShape>,
-    /// The files of each STEP text, which are given away one by one.
+    /// The files of each STEP text, which are used one by one.
     files: Mutex<BTreeMap<String, Vec<ReleasedFile>>>,
 }
 
@@ -33,12 +33,12 @@ struct ReleasedFile {
     is_taken: bool,
 }
 
-/// Why a file is not labeled.
+/// The reason why a file is not labeled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum NotReleased {
     /// The package has no file with this hash.
     Unknown,
-    /// The package has it, and as often as it has it, it was given before.
+    /// All files of the package with this hash were already given.
     Repeated,
 }
 
@@ -86,8 +86,8 @@ impl ReleasedLabels {
         self.shapes.values()
     }
 
-    /// The id in the package of a file with this hash, which is taken then. Of several files with one text, the one with this
-    /// name comes first.
+    /// The id in the package of a file with this hash. The id is marked as taken. Of several files with the same text, the one
+    /// with this name comes first.
     pub(super) fn take(&self, sha256: &str, source: &str) -> Result<String, NotReleased> {
         let base_name = source.rsplit('/').next();
         let mut files = self.files.lock().unwrap_or_else(PoisonError::into_inner);
@@ -102,7 +102,7 @@ impl ReleasedLabels {
         Ok(files[position].id.clone())
     }
 
-    /// The shapes of a file, of which those without the labels of the package have no files any more.
+    /// The shapes of a file. The files of shapes without the labels of the package are removed.
     ///
     /// # Errors
     /// If the package cannot be read.
@@ -136,7 +136,7 @@ impl ReleasedLabels {
         Ok(checked)
     }
 
-    /// Why a labeled shape does not have the labels of the package.
+    /// The reason why a labeled shape does not have the labels of the package, or `None` if it has them.
     fn difference(&self, entry: &IndexEntry, emitted: &[EmittedFile]) -> Result<Option<String>> {
         let Some(carrier) = emitted.iter().find(|file| file.emit == Emit::Carrier) else {
             return Ok(None);
@@ -166,7 +166,7 @@ impl ReleasedLabels {
     }
 }
 
-/// The line of a shape whose labels differ: it keeps its hash, and has no carrier.
+/// The line of a shape whose labels differ. It keeps its hash and has no carrier.
 fn differing(entry: IndexEntry, reason: String) -> IndexEntry {
     IndexEntry {
         sha256: entry.sha256,

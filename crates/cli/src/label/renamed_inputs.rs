@@ -1,12 +1,12 @@
 //! Finds inputs that are new, and inputs that are no longer given, by comparing names with the records of a batch.
 //!
-//! An archive covers the records of its members. Contents are not compared here; `changed_inputs` does that.
+//! An archive covers the records of its members. Contents are not compared here, but in `changed_inputs`.
 
 use super::input_files::InputFile;
 use partprobe_dataset::{FileRecord, Status};
 use std::collections::BTreeSet;
 
-/// Files are named up to this number, and counted beyond.
+/// The largest number of files that are named. Further ones are only counted.
 const MAX_NAMED: usize = 10;
 
 /// The names in which the inputs of a batch differ from those that were given before.
@@ -19,8 +19,8 @@ pub(super) struct RenamedInputs {
 }
 
 impl RenamedInputs {
-    /// Compares the inputs with the records. A batch that is not finished has no records of its later inputs, so none
-    /// of them is called new then.
+    /// Compares the inputs with the records. An unfinished batch has no records of its later inputs, so none of them is
+    /// considered new.
     pub(super) fn among(records: &[FileRecord], files: &[InputFile], is_finished: bool) -> Self {
         let is_read = |record: &&FileRecord| {
             record
@@ -48,7 +48,7 @@ impl RenamedInputs {
         }
     }
 
-    /// What differs, for a message: a text for each kind of difference.
+    /// The differences for a message: one text per kind of difference.
     pub(super) fn named(&self) -> Vec<String> {
         [("new", &self.new), ("missing", &self.missing)]
             .into_iter()
@@ -68,7 +68,7 @@ fn owned<'a>(names: impl Iterator<Item = &'a &'a str>) -> BTreeSet<String> {
     names.map(|&name| name.to_owned()).collect()
 }
 
-/// The first names, and how many more there are.
+/// The first names, and the number of further ones.
 pub(super) fn first_of(names: &BTreeSet<String>) -> String {
     let first: Vec<&str> = names.iter().take(MAX_NAMED).map(String::as_str).collect();
     let n_more = names.len() - first.len();

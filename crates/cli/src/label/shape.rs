@@ -1,4 +1,4 @@
-//! Turns the result of `partprobe-label` for one file into lines of the index.
+//! Converts the result of `partprobe-label` for one file to lines of the index.
 
 use super::input_bytes::InputBytes;
 use super::input_files::{InputFile, id_of_path};
@@ -17,11 +17,11 @@ use std::path::Path;
 pub(super) struct IndexedShape {
     /// `None` if no face of a solid could be triangulated.
     pub(super) carrier: Option<Carrier>,
-    /// Its line in the index; `file` is still open.
+    /// Its line in the index. `file` is not set yet.
     pub(super) entry: IndexEntry,
 }
 
-/// Labels one file: STEP text as one shape or as one for each distinct solid, a mesh or a cloud as one shape.
+/// Labels one file: STEP text gives one shape, or one per distinct solid, and a mesh or a cloud gives one shape.
 pub(super) fn label_input(
     input: &InputBytes,
     id: &str,
@@ -48,7 +48,7 @@ fn labeled_file(input: &InputBytes, id: &str, config: &LabelConfig) -> Result<La
     labeled.map_err(to_anyhow)
 }
 
-/// Labels one file and shows each carrier with its surfaces.
+/// Labels one file and calls a function for each carrier with its surfaces.
 ///
 /// # Errors
 /// If the file cannot be read, or has no face.
@@ -72,7 +72,7 @@ pub(crate) fn visit_carriers(
         .map_err(to_anyhow)
 }
 
-/// The labeling settings of a config. Labels alone need no mesh.
+/// The labeling settings of a config. If only labels are written, no mesh is needed.
 fn label_options(config: &LabelConfig) -> LabelOptions {
     LabelOptions {
         unit: config.unit,
@@ -87,7 +87,7 @@ fn label_options(config: &LabelConfig) -> LabelOptions {
     }
 }
 
-/// The error, told apart by whether other settings would read the file.
+/// Converts the error. It distinguishes files that could be read with other settings.
 fn to_anyhow(error: LabelError) -> anyhow::Error {
     if error.is_over_budget() {
         OverBudget(error.to_string()).into()
@@ -115,7 +115,7 @@ impl IndexedShape {
     }
 }
 
-/// What the index says of a shape that has a carrier.
+/// The line of the index for a shape with a carrier.
 fn labeled_entry(carrier: &Carrier, shape: &LabeledShape) -> IndexEntry {
     IndexEntry {
         solid_step_id: shape.solid_step_id,
@@ -125,7 +125,7 @@ fn labeled_entry(carrier: &Carrier, shape: &LabeledShape) -> IndexEntry {
     }
 }
 
-/// What the index says of a shape that has none.
+/// The line of the index for a shape without a carrier.
 fn failed_entry(error: &LabelError, id: &str) -> IndexEntry {
     let status = if error.is_over_budget() {
         Status::OverBudget
@@ -138,7 +138,7 @@ fn failed_entry(error: &LabelError, id: &str) -> IndexEntry {
     }
 }
 
-/// The carriers of one path, labeled in this process: a carrier file gives itself, any other file its shapes.
+/// The carriers of one path, labeled in this process. A carrier file gives its carrier, and any other file gives its shapes.
 ///
 /// # Errors
 /// If the file cannot be read, or has no face.

@@ -1,7 +1,7 @@
 //! Makes the names and ids of files, from the argument that names them and the path below it.
 //!
-//! Names and ids are as short as they can be. Those that two sources would share get longer, all of them and no
-//! others, so that the result depends neither on the order of the sources nor on how a batch is cut.
+//! Names and ids are as short as possible. If several sources would have the same one, all of these get longer ones, and no
+//! others. So the result depends neither on the order of the sources nor on the division of a batch.
 
 use super::found::{Found, FoundItem};
 use super::path_text::name_text;
@@ -17,15 +17,15 @@ use std::path::{Component, Path, PathBuf};
 
 /// File systems allow names of 255 bytes; this leaves room for `__s<n>.npz` and the name of an unfinished file.
 const MAX_ID_BYTES: usize = 180;
-/// What ends the id of a line whose source is not read.
+/// The end of the id of a line whose source is not read.
 pub(super) const SKIPPED_MARK: &str = "#unread";
 
 /// A path of the command line, with its names.
 #[derive(Clone, Debug)]
 pub(super) struct Argument {
-    /// Its last component; of a list, without the ending.
+    /// Its last component, for a list without the ending.
     name: String,
-    /// Every component, as it was written.
+    /// Every written component.
     written: Vec<String>,
 }
 
@@ -51,7 +51,7 @@ impl Argument {
     }
 }
 
-/// The last component of an argument, also where it is written as `.` or `..`.
+/// The last component of an argument, even if it is written as `.` or `..`.
 pub(super) fn argument_name(path: &Path) -> String {
     let absolute = || {
         fs::canonicalize(path)
@@ -64,19 +64,19 @@ pub(super) fn argument_name(path: &Path) -> String {
         .unwrap_or_else(|| "root".to_owned())
 }
 
-/// What a source is called.
+/// The names of a source.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct InputName {
-    /// In the index.
+    /// The name in the index.
     pub(super) source: String,
-    /// In the data set.
+    /// The id in the data set.
     pub(super) id: String,
 }
 
-/// Names everything that was found, in its order.
+/// Names all found paths, in their order.
 ///
 /// # Errors
-/// If two paths cannot be told apart by what was written.
+/// If two paths cannot be distinguished by their written names.
 pub(super) fn named<'a>(
     arguments: &[Argument],
     found: &'a [Found],
@@ -90,11 +90,11 @@ pub(super) fn named<'a>(
     Ok(found.iter().zip(named).collect())
 }
 
-/// Takes out what is found more than once, and returns the path that stays, once for each that is taken out.
+/// Removes repeated paths, and returns the path that is kept, once for each removed one.
 ///
-/// Two paths are one if they name the same entry of the same folder, however they were written; a link is an entry of its
-/// own. The path that was found deepest below its argument stays, the shortest of several, so that the order of the arguments does
-/// not matter.
+/// Two paths are equal if they name the same entry of the same folder, even if they are written differently. A link is a separate
+/// entry. The path that was found deepest below its argument is kept, and of several such paths the shortest one, so the order of
+/// the arguments does not matter.
 pub(super) fn take_out_repetitions(arguments: &[Argument], found: &mut Vec<Found>) -> Vec<PathBuf> {
     let mut folders = BTreeMap::new();
     let mut groups: BTreeMap<PathBuf, Vec<usize>> = BTreeMap::new();
@@ -129,7 +129,7 @@ pub(super) fn take_out_repetitions(arguments: &[Argument], found: &mut Vec<Found
     repeated.into_iter().map(|(_, path)| path).collect()
 }
 
-/// How many folders a path goes down; `..` goes up again.
+/// The number of folders in a path. `..` goes up again.
 fn depth_of(path: &Path) -> isize {
     path.components()
         .map(|component| match component {
@@ -157,7 +157,7 @@ fn entry_of(path: &Path, folders: &mut BTreeMap<PathBuf, PathBuf>) -> PathBuf {
         .join(name)
 }
 
-/// The long name of a source: every component that was written.
+/// The long name of a source: every written component.
 fn written_name(arguments: &[Argument], item: &Found) -> Vec<String> {
     arguments[item.argument]
         .written
@@ -167,7 +167,7 @@ fn written_name(arguments: &[Argument], item: &Found) -> Vec<String> {
         .collect()
 }
 
-/// The components of each source's name, long where the short ones are not distinct.
+/// The components of each source's name. They are long if the short ones are not distinct.
 fn source_components(arguments: &[Argument], found: &[Found]) -> Result<Vec<Vec<String>>> {
     let short = |item: &Found| {
         let plain = |component| match component {
@@ -192,7 +192,7 @@ fn source_components(arguments: &[Argument], found: &[Found]) -> Result<Vec<Vec<
     Ok(components)
 }
 
-/// Every component that was written, but for `.` and the root.
+/// Every written component, except `.` and the root.
 fn written_components(path: &Path) -> Vec<String> {
     let text = |component| match component {
         Component::Normal(name) => Some(name_text(name)),
@@ -203,7 +203,7 @@ fn written_components(path: &Path) -> Vec<String> {
     path.components().filter_map(text).collect()
 }
 
-/// The positions of all texts that are there more than once, in the order of the texts' first positions.
+/// The positions of all texts that occur more than once, in the order of the texts' first positions.
 fn shared(texts: impl Iterator<Item = String>) -> Vec<usize> {
     let mut positions: BTreeMap<String, Vec<usize>> = BTreeMap::new();
     for (position, text) in texts.enumerate() {
@@ -217,14 +217,14 @@ fn shared(texts: impl Iterator<Item = String>) -> Vec<usize> {
     shared.concat()
 }
 
-/// How much of a source's name is in its id.
+/// The part of a source's name that is in its id.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum IdForm {
-    /// All but the ending.
+    /// All except the ending.
     Stem,
     /// All of it.
     Whole,
-    /// All of it, and a hash: folders and names may share a text.
+    /// All of it and a hash, because different folders and names may give the same text.
     Hashed,
 }
 
@@ -238,7 +238,8 @@ pub(super) fn id_of(components: &[String], form: IdForm) -> String {
     }
 }
 
-/// The shortest ids that are distinct, for files and for archives each: an archive's id only begins those of its files.
+/// The shortest distinct ids, separately for files and for archives, because an archive's id is only the beginning of its files'
+/// ids.
 fn distinct_ids(components: &[Vec<String>], found: &[Found]) -> Vec<String> {
     let space = |position: usize| match found[position].what {
         FoundItem::File(archive) => u8::from(archive.is_some()),
@@ -259,7 +260,7 @@ fn distinct_ids(components: &[Vec<String>], found: &[Found]) -> Vec<String> {
         .collect()
 }
 
-/// How long the ids must be so that all of one space are distinct; those that are equal get longer together.
+/// The forms of ids for which all ids of one space are distinct. Equal ids get longer together.
 pub(super) fn distinct_forms(
     components: &[Vec<String>],
     mut forms: Vec<IdForm>,
@@ -288,7 +289,7 @@ pub(super) fn distinct_forms(
     }
 }
 
-/// The id of an argument that is a file itself.
+/// The id of an argument that is a file.
 pub(super) fn id_of_argument(argument: &str) -> String {
     shortened(stem(argument))
 }
@@ -302,7 +303,7 @@ fn stem(name: &str) -> &str {
         .unwrap_or(name)
 }
 
-/// The id itself, or its beginning and a hash of the whole where file systems would refuse it.
+/// The id itself, or its beginning and a hash of the whole id if it is too long for file systems.
 fn shortened(id: &str) -> String {
     if id.len() <= MAX_ID_BYTES {
         return id.to_owned();

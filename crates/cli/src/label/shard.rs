@@ -4,12 +4,12 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::str::FromStr;
 
-/// The share `index` of `of`, counted from 1; a file belongs to exactly one, by its id alone.
+/// The share `index` of `of`, counted from 1. A file belongs to exactly one share, which depends only on its id.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Deserialize, Serialize)]
 pub(crate) struct Shard {
-    /// Which share, from 1.
+    /// The number of the share, counted from 1.
     pub(crate) index: u32,
-    /// How many shares there are.
+    /// The number of shares.
     pub(crate) of: u32,
 }
 

@@ -15,22 +15,22 @@ pub(crate) fn step_text(path: &Path, max_bytes: u64) -> Result<Vec<u8>> {
     unpacked(file_bytes(path, max_bytes)?, max_bytes)
 }
 
-/// What a STEP file begins with.
+/// The beginning of a STEP file.
 const STEP_HEADER: &[u8] = b"ISO-10303-21";
 
-/// Whether the beginning of a file holds the header of a STEP file.
+/// Whether the beginning of a file has the header of a STEP file.
 pub(super) fn begins_as_step(start: &[u8]) -> bool {
     start
         .windows(STEP_HEADER.len())
         .any(|window| window.eq_ignore_ascii_case(STEP_HEADER))
 }
 
-/// Reads a file as it is, unless it is larger than `max_bytes`.
+/// Reads a file without unpacking it, unless it is larger than `max_bytes`.
 ///
 /// # Errors
 /// If the path is not a file, it cannot be read, or it is too large.
 pub(super) fn file_bytes(path: &Path, max_bytes: u64) -> Result<Vec<u8>> {
-    // A path from a list may not exist; the index is the same on any machine, so it keeps no path here.
+    // A path from a list may not exist. The message does not contain the path, because the index must be the same on any machine.
     let metadata = fs::metadata(path).context("opening the file")?;
     if let Some(kind) = special_kind(&metadata) {
         bail!("it is {kind}, not a file");
@@ -48,7 +48,7 @@ pub(super) fn file_bytes(path: &Path, max_bytes: u64) -> Result<Vec<u8>> {
 /// The text of a STEP file's bytes, unless it is larger than `max_bytes`.
 ///
 /// # Errors
-/// If it is, or its container is damaged.
+/// If it is larger, or its container is damaged.
 pub(super) fn unpacked(bytes: Vec<u8>, max_bytes: u64) -> Result<Vec<u8>> {
     unpacked_step(bytes, max_bytes).map_err(|error| match error {
         UnpackError::TooLarge { limit } => OverBudget(too_large(limit)).into(),
@@ -56,7 +56,7 @@ pub(super) fn unpacked(bytes: Vec<u8>, max_bytes: u64) -> Result<Vec<u8>> {
     })
 }
 
-/// What a path leads to that is not a file; `None` for files.
+/// The kind of a path that is not a file. Returns `None` for files.
 pub(super) fn special_kind(metadata: &Metadata) -> Option<&'static str> {
     let kind = metadata.file_type();
     if kind.is_file() {

@@ -5,10 +5,10 @@ use crate::counted::counted;
 use partprobe_dataset::{IndexEntry, Status};
 use std::fmt;
 
-/// Reasons beyond these are counted together.
+/// The largest number of reasons. Further reasons are counted together.
 const MAX_REASONS: usize = 20;
 
-/// Files, shapes, parts, and failures by reason; its text is what `label` prints.
+/// Files, shapes, parts, and failures by reason. `label` prints its text.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Summary {
     /// Files that were given.
@@ -25,9 +25,9 @@ pub(crate) struct Summary {
     pub(crate) n_faces: usize,
     /// Faces, loops and entities that were lost in labeled files.
     pub(crate) n_lost: usize,
-    /// Files, or solids of labeled files, without a carrier, by what became of them and why.
+    /// Files, or solids of labeled files, without a carrier, by status and reason.
     pub(crate) failures: ReasonCounts<Status>,
-    /// What is not read because it is neither STEP nor an archive, by reason.
+    /// Files that are not read because they are neither STEP nor archives, by reason.
     pub(crate) skipped: ReasonCounts<Status>,
 }
 

@@ -21,18 +21,18 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Shapes that are labeled again are named up to this number, and counted beyond.
+/// The largest number of shapes that are named because they are labeled again. Further ones are only counted.
 const MAX_WARNINGS: usize = 10;
 
-/// What a batch finds in its folder.
+/// The state of the folder of a batch.
 pub(super) enum Target {
-    /// Files are still to be labeled; the writer's journal says which are done.
+    /// Files must still be labeled. The writer's journal records the finished ones.
     Open(DatasetWriter),
-    /// The data set is there, whole, with the same settings.
+    /// The data set is complete, with the same settings.
     Finished(Dataset),
 }
 
-/// Makes the folder ready for a batch, and keeps other programs out of it as long as the lock lives.
+/// Prepares the folder for a batch, and locks it against other programs.
 pub(super) fn prepare(
     job: &LabelJob,
     files: &[InputFile],
@@ -120,19 +120,19 @@ fn resumed(
     reopened(out, settings)
 }
 
-/// Resumes the journal without what a stopped program left half-written, and writes the settings of today.
+/// Resumes the journal without the incomplete records of a stopped program, and writes the current settings.
 fn reopened(out: &Path, settings: &DatasetSettings) -> Result<Target> {
     remove_unfinished(out)?;
     Ok(Target::Open(DatasetWriter::resume(out, settings)?))
 }
 
-/// The files in which the inputs differ from those that were given before: a text for each kind of difference.
+/// The files in which the inputs differ from the previous inputs: one text per kind of difference.
 fn input_changes(
     records: &[FileRecord],
     comparison: &Comparison<'_>,
     is_finished: bool,
 ) -> Result<Vec<String>> {
-    // A share has records of its own files only.
+    // A share only has records of its own files.
     let has_all_records = is_finished && comparison.shard.is_none();
     let mut changes = RenamedInputs::among(records, comparison.files, has_all_records).named();
     let changed = ChangedInputs::among(records, comparison)?;
@@ -142,7 +142,7 @@ fn input_changes(
     Ok(changes)
 }
 
-/// Why a data set cannot be resumed with these settings and inputs.
+/// The reason why a data set cannot be resumed with these settings and inputs.
 fn begun_otherwise(out: &Path, differences: &[String], changes: &[String]) -> UsageError {
     let changes = match changes {
         [] => String::new(),
@@ -155,10 +155,10 @@ fn begun_otherwise(out: &Path, differences: &[String], changes: &[String]) -> Us
     ))
 }
 
-/// Takes files out of the journal, which a finished data set gets anew, and removes what was written for them.
+/// Removes files from the journal, which is made again for a finished data set, and removes their written files.
 fn forget(out: &Path, repeated: &[FileRecord], kept: Vec<FileRecord>) -> Result<()> {
     write_journal(out, kept)?;
-    // A folder with a journal is unfinished, also if it holds other files; from here on it can be resumed.
+    // A folder with a journal is unfinished, even if it has other files. From now on, it can be resumed.
     for stale in [INDEX_FILE, TIMING_FILE]
         .map(str::to_owned)
         .into_iter()
@@ -190,7 +190,7 @@ fn damaged_shapes(dataset: &Dataset) -> BTreeMap<String, String> {
     reasons
 }
 
-/// Says on stderr which shapes are labeled again.
+/// Prints on stderr which shapes are labeled again.
 fn warn_of_damaged(reasons: &BTreeMap<String, String>) {
     for (id, reason) in reasons.iter().take(MAX_WARNINGS) {
         stderr::print_line(format_args!("warning: {id} is labeled again: {reason}"));
@@ -230,7 +230,7 @@ fn remove_if_there(path: &Path) -> Result<()> {
     }
 }
 
-/// Removes what a killed program was writing.
+/// Removes files that a killed program was writing.
 fn remove_unfinished(folder: &Path) -> Result<()> {
     for path in files_below(folder)? {
         if is_unfinished(&path.file_name().unwrap_or_default().to_string_lossy()) {
@@ -240,7 +240,7 @@ fn remove_unfinished(folder: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Removes what labeling has written into the folder, finished or not; anything else in it is a reason to refuse.
+/// Removes the data set from the folder, finished or not. It refuses to do so if the folder has other files.
 fn remove_dataset(out: &Path, files: &[InputFile]) -> Result<()> {
     ensure!(
         !is_being_written(out),
@@ -269,11 +269,11 @@ fn remove_dataset(out: &Path, files: &[InputFile]) -> Result<()> {
             path.display()
         )));
     }
-    // The folder itself stays, as the lock is on it.
+    // The folder itself is kept, because it is locked.
     remove_content(out)
 }
 
-/// Whether a file is a part of a data set, finished or not.
+/// Whether a file belongs to a data set, finished or not.
 fn is_ours(path: &Path) -> bool {
     let name = path
         .file_name()

@@ -1,12 +1,12 @@
-//! Queues files on their way to the workers: one thread reads ahead, and waits where the workers do not keep up.
+//! Queues files for the workers: one thread reads ahead, and waits if the workers are slower.
 
 use std::collections::VecDeque;
 use std::path::PathBuf;
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 
-/// No more files than this wait.
+/// The largest number of waiting files.
 const MAX_TASKS: usize = 64;
-/// No more text than this waits, but for a single file that is larger.
+/// The largest number of waiting bytes. A single file may be larger.
 const MAX_BYTES: usize = 64 << 20;
 
 /// A file to label.
@@ -18,12 +18,12 @@ pub(super) struct Task {
     pub(super) text: TaskText,
 }
 
-/// Where the text of a file is.
+/// The place of the text of a file.
 #[derive(Debug)]
 pub(super) enum TaskText {
-    /// On disk; the worker reads it.
+    /// On disk. The worker reads it.
     Path(PathBuf),
-    /// Here, out of an archive.
+    /// In memory, from an archive.
     Bytes(Vec<u8>),
 }
 
@@ -36,7 +36,7 @@ impl Task {
     }
 }
 
-/// A queue between one reader and many workers; its memory is bounded.
+/// A queue between one reader and many workers. Its memory is limited.
 #[derive(Debug, Default)]
 pub(super) struct TaskQueue {
     state: Mutex<State>,
@@ -54,7 +54,7 @@ struct State {
 }
 
 impl TaskQueue {
-    /// Adds a task as soon as there is room; says no once nobody takes tasks any more.
+    /// Adds a task as soon as there is room. Returns `false` if no more tasks are wanted.
     pub(super) fn push(&self, task: Task) -> bool {
         let n_bytes = task.n_bytes();
         let has_no_room = |state: &mut State| {
@@ -74,7 +74,7 @@ impl TaskQueue {
         true
     }
 
-    /// The next task, as soon as there is one; none at the end.
+    /// The next task, as soon as there is one. Returns `None` at the end.
     pub(super) fn pop(&self) -> Option<Task> {
         let must_wait =
             |state: &mut State| state.tasks.is_empty() && !state.is_closed && !state.is_abandoned;
@@ -88,13 +88,13 @@ impl TaskQueue {
         Some(task)
     }
 
-    /// Says that no more tasks will come.
+    /// Marks the end of the tasks.
     pub(super) fn close(&self) {
         self.state().is_closed = true;
         self.changed.notify_all();
     }
 
-    /// Drops what waits, and takes nothing more.
+    /// Drops the waiting tasks, and accepts no further ones.
     pub(super) fn abandon(&self) {
         let mut state = self.state();
         state.is_abandoned = true;

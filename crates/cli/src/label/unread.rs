@@ -1,4 +1,4 @@
-//! Warns on stderr of files that are not read, for verbs that write no index.
+//! Warns on stderr about files that are not read, for verbs that write no index.
 
 use super::reason_counts::ReasonCounts;
 use crate::counted::counted;
@@ -7,10 +7,10 @@ use partprobe_dataset::IndexEntry;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// So many reasons are shown.
+/// The number of reasons that are shown.
 const MAX_REASONS: usize = 10;
 
-/// Prints a line for each path that was given more than once, up to a number of them.
+/// Prints one line per path that was given more than once, up to a limit.
 pub(crate) fn warn_of_repeated(repeated: &[PathBuf]) {
     let mut counts: BTreeMap<&Path, usize> = BTreeMap::new();
     for path in repeated {
@@ -32,7 +32,7 @@ pub(crate) fn warn_of_repeated(repeated: &[PathBuf]) {
     }
 }
 
-/// Prints a line for each reason why a file is not read.
+/// Prints one line per reason why a file is not read.
 pub(crate) fn warn_of_unread<'a>(entries: impl Iterator<Item = &'a IndexEntry>) {
     let mut counts = ReasonCounts::default();
     for entry in entries {

@@ -1,6 +1,6 @@
-//! Walks a folder: files to label, what cannot be read, and how many files have other endings.
+//! Walks a folder: finds files to label and paths that cannot be read, and counts files with other endings.
 //!
-//! Nothing is opened but folders and, among meshes and clouds, plain files of text: a pipe would be waited for without end.
+//! Only folders are opened and, for meshes and clouds, plain text files. Opening a pipe could wait forever.
 
 use super::foreign_file::foreign_by_name;
 use super::input_bytes::is_given;
@@ -15,7 +15,7 @@ use std::fs::{self, DirEntry, File};
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
-/// Which files a walk looks for.
+/// The kind of files that a walk finds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Wanted {
     /// STEP files and archives of them.
@@ -33,25 +33,25 @@ impl Wanted {
     }
 }
 
-/// What a plain file begins with; nothing if it cannot be read.
+/// The beginning of a plain file. It is empty if the file cannot be read.
 fn start_of(path: &Path) -> Vec<u8> {
     let mut start = Vec::new();
     if path.is_file()
         && let Ok(file) = File::open(path)
     {
-        // A file that cannot be read to here is named by the worker that reads it.
+        // A file that cannot be read is reported by the worker that reads it.
         let _ = file.take(LOOK_BYTES).read_to_end(&mut start);
     }
     start
 }
 
-/// How much of a text is looked at.
+/// The number of bytes of a text that are checked.
 const LOOK_BYTES: u64 = 4096;
 
-/// What a walk comes to.
+/// The result of a walk.
 #[derive(Debug, Default)]
 pub(super) struct FolderContent {
-    /// The files that are wanted, and what becomes a line of the index without being read.
+    /// The wanted files, and paths that become lines of the index without being read.
     pub(super) found: Vec<WalkedPath>,
     /// The other files.
     pub(super) other_endings: OtherEndings,
@@ -61,11 +61,11 @@ pub(super) struct FolderContent {
 #[derive(Debug, PartialEq, Eq)]
 pub(super) struct WalkedPath {
     pub(super) path: PathBuf,
-    /// Why it is not read, if it is not.
+    /// The reason why it is not read, if it is not.
     pub(super) problem: Option<Problem>,
 }
 
-/// Why a path is not read: the outcome and the reason of its line in the index.
+/// A problem of a path that is not read: the outcome and the reason of its line in the index.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Problem {
     pub(super) status: Status,
@@ -73,7 +73,7 @@ pub(super) struct Problem {
 }
 
 impl Problem {
-    /// The path is not what `label` reads.
+    /// The path is not of a kind that `label` reads.
     pub(super) fn skipped(reason: impl Into<String>) -> Self {
         Self {
             status: Status::Skipped,
@@ -81,7 +81,7 @@ impl Problem {
         }
     }
 
-    /// The path is meant, and cannot be read.
+    /// The path should be read, but cannot be.
     pub(super) fn failed(reason: impl Into<String>) -> Self {
         Self {
             status: Status::Failed,
@@ -90,7 +90,7 @@ impl Problem {
     }
 }
 
-/// Walks a folder, sorted by path; links to folders are not followed, as they may lead in circles.
+/// Walks a folder, sorted by path. Links to folders are not followed, because they may form cycles.
 pub(super) fn walk(root: &Path, wanted: Wanted) -> FolderContent {
     let mut walked = FolderContent::default();
     let mut others = Vec::new();
@@ -147,7 +147,7 @@ impl FolderContent {
         }
     }
 
-    /// Adds what is not a folder, or returns the path of a file that is not wanted.
+    /// Adds an entry that is not a folder, or returns the path of a file that is not wanted.
     fn add(&mut self, wanted: Wanted, entry: &DirEntry) -> Option<PathBuf> {
         let path = entry.path();
         let name = name_text(&entry.file_name());
@@ -175,7 +175,7 @@ impl FolderContent {
     }
 }
 
-/// Whether the name says STEP or archive.
+/// Whether the name has an ending of STEP or of an archive.
 pub(super) fn is_wanted(name: &str) -> bool {
     step_stem(name).is_some() || ArchiveKind::of_name(name).is_some()
 }
@@ -184,7 +184,7 @@ fn not_a_file(kind: &str) -> Problem {
     Problem::skipped(format!("it is {kind}, not a file"))
 }
 
-/// Why what a link leads to is not read; `None` if it is a file.
+/// The reason why the target of a link is not read. Returns `None` if it is a file.
 fn link_problem(path: &Path, is_wanted: bool) -> Option<Problem> {
     let cannot = |reason: String| {
         if is_wanted {

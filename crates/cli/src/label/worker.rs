@@ -1,4 +1,4 @@
-//! Labels the files that it is told, in a process of its own, until its input ends.
+//! Labels requested files in a separate process, until its input ends.
 
 use super::emit::emitted;
 use super::frames::{read_frame, write_frame};
@@ -16,7 +16,7 @@ use std::io::{BufWriter, stdin, stdout};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Instant;
 
-/// Deep files need more stack than the 8 MiB of a main thread.
+/// The size of the stack. Deeply nested files need more stack than the 8 MiB of a main thread.
 const STACK_BYTES: usize = 64 << 20;
 
 /// Label files for `partprobe label`; it starts this by itself.
@@ -28,7 +28,7 @@ pub(crate) struct WorkerArgs {}
 /// # Errors
 /// If the pipes break, or the limits cannot be set.
 pub(crate) fn worker(_: &WorkerArgs) -> Result<()> {
-    // Ctrl-C reaches the whole group of processes; the supervisor decides when a worker ends.
+    // Ctrl-C reaches the whole group of processes, but the supervisor decides when a worker ends.
     Interrupt::listen()?;
     let thread = std::thread::Builder::new()
         .stack_size(STACK_BYTES)
@@ -72,7 +72,7 @@ fn answer(
     block: Vec<u8>,
     settings: &WorkerSettings,
 ) -> (Outcome, Vec<EmittedFile>) {
-    // A panic is a defect of ours; it costs this file, not the batch.
+    // A panic is a bug of partprobe. Only this file fails then, and not the batch.
     match catch_unwind(AssertUnwindSafe(|| labeled(request, block, settings))) {
         Ok(Ok((shapes, files))) => (Outcome::Labeled(shapes), files),
         Ok(Err(error)) if error.is::<OverBudget>() => {

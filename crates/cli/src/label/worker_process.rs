@@ -1,4 +1,4 @@
-//! Runs a worker for its supervisor: requests go in, replies come out, or how the process ended.
+//! Runs a worker for its supervisor: requests go in, and replies or the end of the process come out.
 
 use super::frames::{read_frame, write_frame};
 use super::over_budget::OVER_MEMORY;
@@ -16,7 +16,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-/// As much of a reply is read at once; a pipe of Linux holds no more.
+/// The number of bytes of a reply that are read at once. It is the capacity of a pipe in Linux.
 const REPLY_BUFFER_BYTES: usize = 1 << 16;
 
 /// A labeled file: the index lines, each with the files that were emitted for it.
@@ -26,12 +26,12 @@ pub(super) struct Reply {
     pub(super) seconds: f64,
 }
 
-/// Why a file has no carrier.
+/// The reason why a file has no carrier.
 #[derive(Debug)]
 pub(super) struct Failure {
     pub(super) status: Status,
     pub(super) reason: String,
-    /// The process is gone; the next file needs a new one.
+    /// Whether the process has ended, so the next file needs a new one.
     pub(super) is_fatal: bool,
 }
 
@@ -52,7 +52,7 @@ impl WorkerProcess {
             .arg("worker")
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
-            // What a dying worker says tells memory from stack; on the terminal it would only disturb.
+            // The output of a dying worker distinguishes memory from stack errors. On the terminal, it would only confuse.
             .stderr(Stdio::piped())
             .spawn()
             .with_context(|| format!("starting a worker, {}", program.display()))?;
@@ -116,10 +116,10 @@ impl WorkerProcess {
         }
     }
 
-    /// What ended the process, in words that are the same on each run.
+    /// The reason why the process ended, in words that are the same in each run.
     fn exit_failure(&mut self) -> Failure {
-        // A pipe that ends belongs to a process that is ending, and the signal changes nothing then;
-        // one that only broke the protocol would be waited for without end.
+        // If the pipe has ended, the process is ending, and the signal has no effect. But a process that only broke the protocol
+        // must be killed, because waiting for it would never end.
         let _ = self.child.kill();
         let ended = self.child.wait();
         let stderr_tail = self
@@ -146,9 +146,9 @@ impl WorkerProcess {
     }
 }
 
-/// What the standard library says when an allocation fails, in code that must have it and in code that asks.
+/// The messages of the standard library for a failed allocation, in code that aborts and in code that returns an error.
 const OUT_OF_MEMORY: [&str; 2] = ["memory allocation of", "out of memory"];
-/// As much of the end of a worker's stderr is kept.
+/// The number of last bytes of a worker's stderr that are kept.
 const MAX_STDERR_TAIL: usize = 4096;
 
 /// The end of what a worker writes to stderr.
@@ -166,7 +166,7 @@ fn stderr_tail_of(errors: &mut impl Read) -> String {
 
 impl Drop for WorkerProcess {
     fn drop(&mut self) {
-        // It may have ended by itself, and then there is nothing to kill.
+        // The process may have ended by itself. Then there is nothing to kill.
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
@@ -203,7 +203,7 @@ fn reply_from(head: ReplyHead, files: Vec<Vec<u8>>) -> Result<Reply, Failure> {
     }
 }
 
-/// Sends whole replies on until the pipe ends or breaks.
+/// Forwards complete replies until the pipe ends or breaks.
 fn forward_replies(pipe: &mut impl Read, sender: &Sender<(ReplyHead, Vec<Vec<u8>>)>) {
     while let Ok(Some(reply)) = read_reply(pipe) {
         if sender.send(reply).is_err() {
@@ -252,7 +252,7 @@ mod tests {
     use std::fs;
     use std::os::unix::fs::PermissionsExt;
 
-    /// Runs a shell script in place of a worker, and gives what becomes of a file.
+    /// Runs a shell script instead of a worker, and returns the failure of a file.
     fn failure_of(script: &str, watchdog_s: u64) -> Failure {
         let folder = tempfile::tempdir().unwrap();
         let program = folder.path().join("program");
@@ -294,7 +294,7 @@ mod tests {
 
     #[test]
     fn the_end_of_a_worker_is_told() {
-        // Each script reads its input first, so that writing to it does not race with its end.
+        // Each script reads its input first. So it does not end while the test writes to it.
         check(
             "head -c 100 > /dev/null; kill -ABRT $$",
             60,
