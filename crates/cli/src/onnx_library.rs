@@ -52,7 +52,7 @@ fn below_prefix(prefix: &Path) -> Option<PathBuf> {
     })
 }
 
-/// The library in the folder of the Python package. Its name may end with a version; libraries of providers are others.
+/// The library in the folder of the Python package. Its name may end with a version. Libraries of providers have other names.
 fn library_in(folder: &Path) -> Option<PathBuf> {
     let start = format!("{}onnxruntime", env::consts::DLL_PREFIX);
     let is_library = |file: &PathBuf| {
@@ -67,7 +67,7 @@ fn library_in(folder: &Path) -> Option<PathBuf> {
     entries(folder).into_iter().find(is_library)
 }
 
-/// What is in a folder, the last name first; nothing if it cannot be listed.
+/// The entries of a folder, beginning with the last name. It is empty if the folder cannot be listed.
 fn entries(folder: &Path) -> Vec<PathBuf> {
     let Ok(listed) = fs::read_dir(folder) else {
         return Vec::new();

@@ -1,4 +1,4 @@
-//! Makes, checks and empties the folders that a command writes to.
+//! Makes, checks and empties the output folders of commands.
 
 use crate::usage::UsageError;
 use anyhow::{Context, Result, ensure};
@@ -6,7 +6,7 @@ use partprobe_dataset::{DatasetWriteError, OutputError};
 use std::fs;
 use std::path::Path;
 
-/// Whether an error says that something could not be written: no shape is to blame, and the work ends.
+/// Whether an error says that something could not be written. Such an error is not caused by a shape, and ends the work.
 #[must_use]
 pub(crate) fn is_output_error(error: &anyhow::Error) -> bool {
     error.chain().any(|cause| {
@@ -15,10 +15,10 @@ pub(crate) fn is_output_error(error: &anyhow::Error) -> bool {
     })
 }
 
-/// Makes a folder and those above it, unless it is there.
+/// Makes a folder and those above it, unless it exists.
 ///
 /// # Errors
-/// If it cannot be made; the error is an [`OutputError`], unless there is a file of that name.
+/// If it cannot be made. The error is an [`OutputError`], unless there is a file with this name.
 pub(crate) fn make_folder(path: &Path) -> Result<()> {
     refuse_file(path)?;
     fs::create_dir_all(path).map_err(|error| OutputError::new("making the folder", path, error))?;
@@ -36,7 +36,7 @@ fn refuse_file(folder: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Refuses a folder that holds something: files of two calls in one folder cannot be told apart later.
+/// Refuses a folder that is not empty, because files of two calls in one folder could not be distinguished later.
 ///
 /// # Errors
 /// If the folder is not empty, is a file, or cannot be read.
@@ -57,7 +57,7 @@ pub(crate) fn ensure_empty(folder: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Removes all that a folder holds, and leaves the folder itself.
+/// Removes the content of a folder, but not the folder itself.
 ///
 /// # Errors
 /// If something in it cannot be read or removed.

@@ -26,10 +26,10 @@ pub(crate) fn labeled_points(
     Ok((sample, labels))
 }
 
-/// The label sources of a point sample where none are named.
+/// The label sources of a point sample if none are named.
 pub(crate) const DEFAULT_SOURCES: [&str; 3] = ["step-parts", "brep-face", "primitive"];
 
-/// These sources, but for a shape without a B-Rep its given labels, if it has some.
+/// These sources. For a shape without a B-Rep, they are its given labels, if it has some.
 pub(crate) fn default_sources(carrier: &Carrier) -> &'static [&'static str] {
     match carrier.kind() {
         ShapeKind::Brep => &DEFAULT_SOURCES,
@@ -38,7 +38,7 @@ pub(crate) fn default_sources(carrier: &Carrier) -> &'static [&'static str] {
     }
 }
 
-/// The file that this verb writes for a carrier, labeled by these sources.
+/// The file of points for a carrier, labeled by these sources.
 ///
 /// # Errors
 /// If a source is unknown, or the carrier has no area.
@@ -61,10 +61,10 @@ pub(crate) fn sample_npz(
     Ok(sample_to_npz(&sample, &labels, compression)?)
 }
 
-/// The points of a shape: the same for every stage that asks with these settings.
+/// The points of a shape. They are the same in every stage with these settings.
 ///
 /// # Errors
-/// If the carrier has no area, or no vertex normals although analytic ones are asked for.
+/// If the carrier has no area, or no vertex normals although analytic ones are requested.
 pub(crate) fn points_of(
     id: &str,
     carrier: &Carrier,

@@ -1,12 +1,12 @@
-//! Says which program this is: its version, and the commit that it was built from.
+//! Gives the version of the program, and the commit from which it was built.
 
 use std::sync::LazyLock;
 
-/// The commit that the program was built from, if whoever built it said so in `PARTPROBE_COMMIT`. (The commit of the folder in which it
-/// runs may be of any project.)
+/// The commit from which the program was built, if `PARTPROBE_COMMIT` was set for the build. (The commit of the folder in which
+/// it runs may belong to any project.)
 pub(crate) const COMMIT: Option<&str> = option_env!("PARTPROBE_COMMIT");
 
-/// The version with the commit, as `--version` prints it.
+/// The version with the commit, which `--version` prints.
 pub(crate) static VERSION: LazyLock<String> = LazyLock::new(|| {
     let version = env!("CARGO_PKG_VERSION");
     match COMMIT {

@@ -1,4 +1,4 @@
-//! Reads the scores of a finished run, and the label sources that it was trained on.
+//! Reads the scores of a finished run, and the label sources on which it was trained.
 
 use crate::given_path::ensure_exists;
 use anyhow::{Context, Result};
@@ -12,22 +12,22 @@ use std::path::Path;
 pub(crate) struct ScoredRun {
     pub(crate) name: String,
     pub(crate) rows: Vec<ScoreRow>,
-    /// The label sources that it was trained on, in the order of its config.
+    /// The label sources on which it was trained, in the order of its config.
     pub(crate) supervision: Vec<String>,
-    /// What each shape was. Runs of earlier programs do not say it.
+    /// The identity of each shape. Runs of earlier programs do not have it.
     pub(crate) shape_hashes: BTreeMap<String, ShapeHashes>,
-    /// The tables of its config that decide how backbones are scored.
+    /// The tables of its config that determine the scoring of backbones.
     pub(crate) settings: BTreeMap<&'static str, toml::Value>,
 }
 
-/// The tables that decide how backbones are scored.
+/// The tables that determine the scoring of backbones.
 const SCORING_TABLES: [&str; 3] = ["sample", "tokens", "eval"];
 
 impl ScoredRun {
     /// Reads `scores.jsonl` and `config.toml` of a run folder. Its name is that of the folder.
     ///
     /// # Errors
-    /// If there is no such folder, the run was not scored, or a file cannot be read; the message names the line.
+    /// If there is no such folder, the run was not scored, or a file cannot be read. The message names the line.
     pub(crate) fn read(path: &Path) -> Result<Self> {
         ensure_exists(path)?;
         let read = |file: &str| {
@@ -70,7 +70,7 @@ impl ScoredRun {
     }
 }
 
-/// What a shape was in a run.
+/// The identity of a shape in a run.
 #[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Deserialize)]
 pub(crate) struct ShapeHashes {
     /// The hash of its carrier: mesh, faces, labels and settings.
@@ -81,7 +81,7 @@ pub(crate) struct ShapeHashes {
 }
 
 impl ShapeHashes {
-    /// What decides the labels of a source.
+    /// The hashes that determine the labels of a source.
     pub(crate) fn of_labels(&self, source: &str) -> (&str, Option<&str>) {
         (
             &self.content_hash,
@@ -90,14 +90,14 @@ impl ShapeHashes {
     }
 }
 
-/// What is read of `split.json`.
+/// The part of `split.json` that is read.
 #[derive(Deserialize)]
 struct StoredSplit {
     #[serde(default)]
     shapes: BTreeMap<String, ShapeHashes>,
 }
 
-/// What `split.json` says of each shape; nothing if there is no such file.
+/// The identity of each shape in `split.json`. It is empty if there is no such file.
 fn shape_hashes(run: &Path) -> Result<BTreeMap<String, ShapeHashes>> {
     let file = run.join("split.json");
     if !file.exists() {

@@ -1,8 +1,8 @@
-//! Chooses the shapes of a data set that are measured: all of them, or so many that differ, in an order that a seed
-//! decides.
+//! Chooses the measured shapes of a data set: all of them, or a number of different ones in a random order that depends on a
+//! seed.
 //!
-//! The choice depends on the seed and on the ids of the shapes. It does not depend on the order of the data set or on the
-//! number of threads, so that two commands with the same arguments measure the same shapes.
+//! The choice depends on the seed and on the ids of the shapes. It does not depend on the order of the data set or on the number
+//! of threads, so two commands with the same arguments measure the same shapes.
 
 use crate::interrupt::Interrupt;
 use crate::progress::Progress;
@@ -15,7 +15,7 @@ use partprobe_eval::{DistinctShapes, Duplicate, seeded_rank};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
-/// Carriers that are read at once while shapes are chosen.
+/// The number of carriers that are read at once while shapes are chosen.
 const READ_AT_ONCE: usize = 64;
 
 /// Which shapes take part, on the command line.
@@ -35,7 +35,7 @@ pub(crate) struct ChoiceArgs {
     pub(crate) seed: u64,
 }
 
-/// The shapes that take part, by their ids, and why the others do not.
+/// The chosen shapes, by their ids, and the reasons why others were not chosen.
 pub(crate) struct ChosenShapes<'a> {
     pub(crate) shapes: Vec<&'a ShapeInput>,
     pub(crate) left_out: BTreeMap<&'static str, usize>,
@@ -44,7 +44,7 @@ pub(crate) struct ChosenShapes<'a> {
 impl ChosenShapes<'_> {
     /// Measures every shape on the threads of the current pool, `at_once` of them before the next ones are started.
     ///
-    /// The results are in the order of the shapes' ids, whichever thread was faster. A bar on stderr is named `verb`.
+    /// The results are in the order of the shapes' ids, for any speed of the threads. A bar on stderr is named `verb`.
     ///
     /// # Errors
     /// If the user stops the program.
@@ -66,7 +66,7 @@ impl ChosenShapes<'_> {
 }
 
 impl ChoiceArgs {
-    /// Looks for arguments that cannot be meant.
+    /// Refuses invalid arguments.
     ///
     /// # Errors
     /// If no shape could fit them.
@@ -83,7 +83,8 @@ impl ChoiceArgs {
         Ok(())
     }
 
-    /// Chooses shapes; carriers are read where the index does not say how many parts a shape has, or equal shapes must be found.
+    /// Chooses shapes. Carriers are read if the index does not have the number of parts of a shape, or if equal shapes must be
+    /// found.
     pub(crate) fn choose<'a>(&self, shapes: &'a [ShapeInput]) -> ChosenShapes<'a> {
         let mut chosen = ChosenShapes {
             shapes: Vec::new(),
@@ -106,8 +107,8 @@ impl ChoiceArgs {
 
     fn misfit(&self, shape: &ShapeInput) -> Option<&'static str> {
         let read = || shape.carrier().ok().map(|carrier| carrier.n_parts());
-        // A carrier that cannot be read stays, so that it is named later.
-        // A mesh or a cloud that came without labels has no parts to count, and stays too.
+        // A carrier that cannot be read is kept, so that it is named later. A mesh or a cloud without given labels has no parts
+        // to count, and is also kept.
         let n_parts = shape
             .n_labels
             .or_else(read)
@@ -158,7 +159,7 @@ impl ChosenShapes<'_> {
         *self.left_out.entry(reason).or_default() += n;
     }
 
-    /// One line for each reason why shapes do not take part.
+    /// One line per reason why shapes were not chosen.
     pub(crate) fn notes(&self) -> Vec<String> {
         let note = |(reason, n): (&&str, &usize)| format!("{n} left out: {reason}");
         self.left_out.iter().map(note).collect()

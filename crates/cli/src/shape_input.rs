@@ -1,5 +1,5 @@
-//! Opens the shapes that commands such as `export`, `render` and `compare` read. Data sets and carrier files are read as
-//! they are. All else that `label` reads is labeled first, into a folder that is deleted afterwards.
+//! Opens the shapes that commands such as `export`, `render` and `compare` read. Data sets and carrier files are read directly.
+//! All other inputs of `label` are labeled first, into a folder that is deleted afterwards.
 
 use crate::config::{self, Config, Emit};
 use crate::counted::counted;
@@ -75,7 +75,7 @@ impl DataArgs {
         }
     }
 
-    /// Looks for what can be told from the command line alone.
+    /// Checks the command line, without reading any shapes.
     ///
     /// # Errors
     /// If there is no path, or a path does not exist.
@@ -111,7 +111,7 @@ impl ShapeArgs {
         }
     }
 
-    /// How many threads to use.
+    /// The number of threads to use.
     #[must_use]
     pub(crate) fn n_threads(&self) -> usize {
         self.jobs.map_or_else(
@@ -120,7 +120,7 @@ impl ShapeArgs {
         )
     }
 
-    /// The same, with settings for what is labeled on the way; the user's own settings win.
+    /// The same, with settings for inputs that are labeled on the way. The user's own settings have priority.
     #[must_use]
     pub(crate) fn with_settings(&self, settings: impl IntoIterator<Item = String>) -> Self {
         let mut with = self.clone();
@@ -137,13 +137,13 @@ impl ShapeArgs {
         }
     }
 
-    /// What the user has set.
+    /// The settings of the user.
     #[must_use]
     pub(crate) fn settings(&self) -> &[String] {
         &self.set
     }
 
-    /// Looks for what can be told from the command line alone.
+    /// Checks the command line, without reading any shapes.
     ///
     /// # Errors
     /// If a path does not exist, a setting is wrong, or a setting is given where nothing is labeled.
@@ -164,7 +164,7 @@ impl ShapeArgs {
         Ok(())
     }
 
-    /// The threads that the arguments ask for.
+    /// The pool with the requested number of threads.
     ///
     /// # Errors
     /// If they cannot be started.
@@ -175,7 +175,7 @@ impl ShapeArgs {
             .context("starting threads")
     }
 
-    /// Finds the shapes. What must be labeled first goes into a folder of the system, which is named after `verb` and
+    /// Finds the shapes. Inputs that must be labeled first are written into a temporary folder, which is named after `verb` and
     /// removed later.
     ///
     /// # Errors
@@ -185,7 +185,7 @@ impl ShapeArgs {
         self.open(&std::env::temp_dir().join(name), interrupt)
     }
 
-    /// Finds the shapes; `scratch` is made, and removed later, where something must be labeled first.
+    /// Finds the shapes. If something must be labeled first, `scratch` is made, and removed later.
     ///
     /// # Errors
     /// If a path does not exist, a data set is damaged, two shapes share an id, or there is no shape.
@@ -248,26 +248,26 @@ fn is_dataset(path: &Path) -> bool {
 pub(crate) struct ShapeInput {
     /// The shape's id.
     pub(crate) id: String,
-    /// The file that it was read from, by name; of a carrier file, the hash of that file.
+    /// The name of the file from which it was read. For a carrier file, it is the hash of that file.
     pub(crate) source: String,
-    /// The product that it is, where the file names one.
+    /// The name of its product, if the file names one.
     pub(crate) product: Option<String>,
-    /// Where its files go in an export: the data set's folder for it, and the id.
+    /// The path of its files in an export, without endings: the data set's folder for it, and the id.
     pub(crate) stem: PathBuf,
-    /// How many parts it has after small ones were absorbed, where the index says so.
+    /// The number of parts after small ones were absorbed, if the index has it.
     pub(crate) n_labels: Option<usize>,
     /// The `#` number of the solid, if the shape is one.
     pub(crate) solid_step_id: Option<u64>,
-    /// The hash of the settings that its data set was labeled with. A carrier file of its own has none.
+    /// The hash of the settings with which its data set was labeled. A single carrier file has none.
     pub(crate) settings_sha256: Option<Arc<str>>,
-    /// What became a shape, where a data set says so.
+    /// The unit of shapes, if it is in a data set.
     pub(crate) unit: Option<Unit>,
-    /// The carrier's file, and what must be true of it.
+    /// The carrier's file, with the expected hash.
     carrier: CarrierRef,
 }
 
 impl ShapeInput {
-    /// A carrier file of its own.
+    /// The shape of a single carrier file.
     fn carrier_file(path: &Path) -> Self {
         let id = path.file_stem().map_or_else(
             || "shape".to_owned(),
@@ -290,7 +290,7 @@ impl ShapeInput {
     /// Reads the carrier.
     ///
     /// # Errors
-    /// If the file cannot be read, is not a carrier, or is not the one that its data set was made with.
+    /// If the file cannot be read, is not a carrier, or is not the one of its data set.
     pub(crate) fn carrier(&self) -> Result<Carrier> {
         let (carrier, _) = self.carrier.read()?;
         Ok(carrier)
@@ -313,18 +313,18 @@ pub(crate) struct FailedInput {
     pub(crate) id: String,
     /// The file.
     pub(crate) source: String,
-    /// Why there is no carrier.
+    /// The reason why there is no carrier.
     pub(crate) reason: String,
 }
 
-/// Every shape that was asked for, and what is none.
+/// All requested shapes, and the inputs without a shape.
 #[derive(Debug, Default)]
 pub(crate) struct ShapeInputs {
     /// The shapes, in the order of the paths and of their data sets.
     pub(crate) shapes: Vec<ShapeInput>,
     /// Files and shapes without a carrier.
     pub(crate) failed: Vec<FailedInput>,
-    /// Removes what was labeled on the way, when the shapes are done with.
+    /// Removes the files that were labeled on the way, when the shapes are no longer needed.
     _scratch: Option<Scratch>,
     /// Removes the copy of the standard input at the same time.
     _standard_input: Option<StandardInput>,
@@ -339,7 +339,7 @@ impl ShapeInputs {
         n_workers: usize,
         interrupt: &Interrupt,
     ) -> Result<()> {
-        // From here on, the folder is removed in any case.
+        // From now on, the folder is always removed.
         self._scratch = Some(Scratch(scratch.to_owned()));
         let job = LabelJob::in_folder(paths, scratch, config, n_workers);
         label_paths(&job, interrupt).map_err(|error| match error.downcast_ref() {
@@ -352,7 +352,7 @@ impl ShapeInputs {
             None => error,
         })?;
         let dataset = Dataset::open(scratch)?;
-        // The index goes away with the folder.
+        // The index is removed with the folder, so its reasons are printed here.
         warn_of_unread(
             dataset
                 .entries()
@@ -384,7 +384,7 @@ impl ShapeInputs {
         }
     }
 
-    /// Ids name files: two of one name would overwrite each other.
+    /// Refuses equal ids. Ids are the names of files, so two files with the same name would overwrite each other.
     fn refuse_twins(&self) -> Result<()> {
         let mut seen = BTreeSet::new();
         for shape in &self.shapes {
@@ -400,7 +400,7 @@ impl ShapeInputs {
     }
 }
 
-/// The shape of a line of the index, or why there is none.
+/// The shape of a line of the index, or the reason why there is none.
 fn shape_of(dataset: &Dataset, entry: &IndexEntry) -> Result<ShapeInput, String> {
     let Some(file) = &entry.file else {
         return Err(entry
@@ -435,13 +435,13 @@ fn shape_of(dataset: &Dataset, entry: &IndexEntry) -> Result<ShapeInput, String>
     })
 }
 
-/// A folder that is removed when this value goes away.
+/// A folder that is removed when this value is dropped.
 #[derive(Debug)]
 struct Scratch(PathBuf);
 
 impl Drop for Scratch {
     fn drop(&mut self) {
-        // A folder that was never made, or that cannot be removed, is not a failure of the work that is done.
+        // If the folder was never made, or cannot be removed, the finished work has still succeeded.
         let _ = fs::remove_dir_all(&self.0);
     }
 }

@@ -1,4 +1,4 @@
-//! Measures many shapes on the threads of the current pool, and hands the results on in the order of the shapes.
+//! Measures many shapes on the threads of the current pool, and returns the results in the order of the shapes.
 //!
 //! Only a limited number of shapes is in memory at once, so that the work can be stopped between them.
 
@@ -8,8 +8,8 @@ use crate::shape_input::ShapeInput;
 use anyhow::{Result, bail};
 use rayon::prelude::*;
 
-/// Measures `at_once` shapes before the next ones are started. `take` gets the results in the order of the shapes,
-/// whichever thread was faster. A bar on stderr is named `verb`.
+/// Measures `at_once` shapes before the next ones are started. `take` gets the results in the order of the shapes, for any speed
+/// of the threads. A bar on stderr is named `verb`.
 ///
 /// # Errors
 /// If the user stops the program.

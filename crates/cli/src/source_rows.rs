@@ -1,6 +1,6 @@
 //! Measures the labels of a source on one shape, for the card of a set of sources.
 //!
-//! A carrier and labels go in, the rows of `partprobe_eval`'s card come out. Nothing here reads or writes files.
+//! A carrier and labels go in, and the rows of `partprobe_eval`'s card come out. Nothing here reads or writes files.
 
 use partprobe_carrier::{Carrier, WeldedMesh, weld};
 use partprobe_eval::{
@@ -9,7 +9,7 @@ use partprobe_eval::{
 };
 use partprobe_sources::SourceLabels;
 
-/// A carrier with what every source is measured by.
+/// A carrier with the data for measuring every source.
 pub(crate) struct MeasuredSurface {
     id: String,
     welded: WeldedMesh,
@@ -48,7 +48,7 @@ pub(crate) fn pair_rows(of_points: &[(&str, &[i32])], shape: &str, group: &str) 
     let mut pairs = Vec::new();
     for (idx, (first, labels)) in of_points.iter().enumerate() {
         for (second, others) in &of_points[idx + 1..] {
-            // Without a point that both label there is nothing to compare.
+            // If no point has a label of both, there is nothing to compare.
             let Ok(confusion) = Confusion::of_labels(others, labels) else {
                 continue;
             };

@@ -1,6 +1,7 @@
 //! Lists the types of `[sources.NAME]`: label files of other programs, and models that are run.
 //!
-//! Takes the name of a type and its keys, and returns what labels shapes. Nothing here knows what a type reads.
+//! Takes the name of a type and its keys, and returns a source that labels shapes. The files of a type are only known to the type
+//! itself.
 
 #[cfg(feature = "train")]
 use crate::backbone_labels::BACKBONE;
@@ -9,7 +10,7 @@ use partprobe_imports::{IMPORT_TYPES, Import, ImportError, ImportType, import_ty
 use partprobe_onnx::ONNX;
 use partprobe_sources::SourceContext;
 
-/// The key of the type `onnx` that names what runs the model.
+/// The key of the type `onnx` that names the library which runs the model.
 const RUNTIME: &str = "runtime";
 
 /// The types that run a model.
@@ -22,12 +23,12 @@ const MODEL_TYPES: &[&ImportType] = &[
 /// The type with this name.
 ///
 /// # Errors
-/// If there is none; the message lists those that exist.
+/// If there is none. The message lists those that exist.
 pub(crate) fn source_type(name: &str) -> Result<&'static ImportType, ImportError> {
     import_type_among(IMPORT_TYPES.iter().chain(MODEL_TYPES.iter().copied()), name)
 }
 
-/// What labels shapes by this type, with the keys of a context.
+/// The source of this type, with the keys of a context.
 ///
 /// # Errors
 /// If there is no such type, a key is unknown, missing or out of range, or its files cannot be read.

@@ -1,7 +1,7 @@
-//! Copies the standard input to a file of its own, for verbs that read files: `cat part.step | partprobe inspect -`.
+//! Copies the standard input to a temporary file, for verbs that read files: `cat part.step | partprobe inspect -`.
 //!
-//! The bytes of the standard input go in, a file in a folder of the system comes out. The first bytes decide the ending of its
-//! name, so that it is read like any other file. What the file holds is not checked here.
+//! The bytes of the standard input go in, and a file in a temporary folder comes out. The first bytes determine the ending of its
+//! name, so that it is read like any other file. The content of the file is not checked here.
 
 use crate::usage::UsageError;
 use anyhow::{Context, Result, bail, ensure};
@@ -14,13 +14,13 @@ use tempfile::TempDir;
 
 /// The path that means the standard input.
 const DASH: &str = "-";
-/// The name of what comes from the standard input, without an ending.
+/// The name of the standard input's file, without an ending.
 pub(crate) const STDIN_NAME: &str = "stdin";
-/// How much of the input is looked at to tell what it is.
+/// The number of first bytes by which the input is recognized.
 const LOOK_BYTES: u64 = 4096;
-/// What a binary STL needs in addition to its triangles, and for each of them.
+/// The bytes of a binary STL without its triangles, and the bytes of each triangle.
 const STL_BYTES: [u64; 2] = [84, 50];
-/// The words that a line of an OBJ file begins with.
+/// The first words of lines in an OBJ file.
 const OBJ_WORDS: [&str; 9] = ["v", "vn", "vt", "f", "o", "g", "s", "mtllib", "usemtl"];
 
 /// Whether a path of the command line means the standard input.
@@ -29,16 +29,16 @@ pub(crate) fn is_standard_input(path: &Path) -> bool {
     path == Path::new(DASH)
 }
 
-/// The standard input as a file, which is removed when this value goes away.
+/// The standard input as a file, which is removed when this value is dropped.
 #[derive(Debug)]
 pub(crate) struct StandardInput {
-    /// Nobody else can have made this folder, and it goes away with the value.
+    /// The new folder of the file, which is removed with the value.
     folder: TempDir,
     file: PathBuf,
 }
 
 impl StandardInput {
-    /// Reads the standard input to its end, or until it is larger than `max_bytes`: then the reader of the file says so.
+    /// Reads the standard input to its end, or until it is larger than `max_bytes`. Then the reader of the file reports this.
     ///
     /// `name` is the name of the file. It gets an ending if it has none that partprobe knows.
     ///
@@ -70,7 +70,7 @@ impl StandardInput {
         Ok(input)
     }
 
-    /// Where the file is.
+    /// The path of the file.
     #[must_use]
     pub(crate) fn path(&self) -> &Path {
         &self.file
@@ -95,7 +95,7 @@ impl StandardInput {
     }
 }
 
-/// Puts the standard input in the place of `-` among the paths. The file lives as long as the second value.
+/// Replaces `-` among the paths by the file of the standard input. The file exists as long as the second value.
 ///
 /// # Errors
 /// If `-` is given twice, or as for [`StandardInput::read`].
@@ -159,7 +159,8 @@ fn begins_as_npz(start: &[u8]) -> bool {
     start.starts_with(b"PK\x03\x04") && name.is_some_and(|name| name.ends_with(b".npy"))
 }
 
-/// The ending of a file that is not packed. What is neither a mesh nor a cloud counts as STEP: the reader says what is wrong.
+/// The ending of a file that is not packed. A file that is neither a mesh nor a cloud counts as STEP. The reader reports an error
+/// if it is not.
 fn ending_of_content(start: &[u8], n_bytes: u64) -> &'static str {
     let begins = |mark: &[u8]| start.starts_with(mark);
     if begins(b"ply\n") || begins(b"ply\r") {
@@ -184,7 +185,7 @@ fn contains(bytes: &[u8], word: &[u8]) -> bool {
     bytes.windows(word.len()).any(|window| window == word)
 }
 
-/// Whether the number of triangles that a binary STL has in its header explains the length of the file.
+/// Whether the length of the file fits the number of triangles in the header of a binary STL.
 fn is_binary_stl(start: &[u8], n_bytes: u64) -> bool {
     let [header, triangle] = STL_BYTES;
     let count = start.get(80..).and_then(|rest| rest.first_chunk());

@@ -1,6 +1,6 @@
-//! Prints results on stdout, where the reader may have gone away (`partprobe inspect … | head`).
+//! Prints results on stdout, whose reader may have ended (`partprobe inspect … | head`).
 //!
-//! Tables come as Markdown. They are printed as they are into a pipe or a file, and aligned on a terminal.
+//! Tables are Markdown. They are printed without changes into a pipe or a file, and aligned on a terminal.
 
 use crate::aligned_tables::aligned;
 use anyhow::{Context, Result};
@@ -8,7 +8,7 @@ use std::fmt::Display;
 use std::io::{self, ErrorKind, IsTerminal, Write};
 use std::sync::OnceLock;
 
-/// The form that was asked for. It is set once, before any work.
+/// The requested form. It is set once, before any work.
 static FORM: OnceLock<TableForm> = OnceLock::new();
 
 /// How tables are printed.
@@ -20,9 +20,9 @@ pub(crate) enum TableForm {
     Markdown,
 }
 
-/// Prints all tables in this form from now on, wherever stdout leads.
+/// Prints all tables in this form from now on, for any kind of stdout.
 pub(crate) fn print_tables_as(form: TableForm) {
-    // Nobody has set it before, as the arguments are read once.
+    // It was not set before, because the arguments are read once.
     let _ = FORM.set(form);
 }
 
@@ -47,7 +47,7 @@ pub(crate) fn print_tables(markdown: impl Display) -> Result<()> {
     }
 }
 
-/// Prints a text with Markdown tables, as the result of work that goes on whether or not somebody reads it.
+/// Prints a text with Markdown tables, as the result of work that continues even if stdout is no longer read.
 ///
 /// # Errors
 /// As for [`print_result`].
@@ -58,7 +58,7 @@ pub(crate) fn print_result_tables(markdown: impl Display) -> Result<()> {
 /// Prints one result and a line break.
 ///
 /// # Errors
-/// If stdout cannot be written to; [`is_closed`] tells a reader that has gone away from a full disk.
+/// If stdout cannot be written to. [`is_closed`] distinguishes a reader that has ended from a full disk.
 pub(crate) fn print_line(text: impl Display) -> Result<()> {
     let mut out = io::stdout().lock();
     writeln!(out, "{text}")
@@ -66,7 +66,7 @@ pub(crate) fn print_line(text: impl Display) -> Result<()> {
         .context("writing to stdout")
 }
 
-/// Whether an error says that nobody reads the results any more, which is not a failure of the program.
+/// Whether an error says that the results are no longer read, which is not a failure of the program.
 #[must_use]
 pub(crate) fn is_closed(error: &anyhow::Error) -> bool {
     let is_pipe = |cause: &(dyn std::error::Error + 'static)| {
@@ -77,10 +77,10 @@ pub(crate) fn is_closed(error: &anyhow::Error) -> bool {
     error.chain().any(is_pipe)
 }
 
-/// Prints one result of work that goes on whether or not somebody reads it.
+/// Prints one result of work that continues even if stdout is no longer read.
 ///
 /// # Errors
-/// If stdout cannot be written to for another reason than that its reader has gone away.
+/// If stdout cannot be written to for another reason than that its reader has ended.
 pub(crate) fn print_result(text: impl Display) -> Result<()> {
     unless_closed(print_line(text))
 }

@@ -1,8 +1,8 @@
-//! Tells errors of the caller apart: what was asked for cannot be meant.
+//! Distinguishes errors of the caller, such as invalid arguments, from other errors.
 
 use partprobe_dataset::{DatasetError, DatasetWriteError, JournalError};
 
-/// A mistake in the arguments or the config; the program ends with 2 instead of 1.
+/// A mistake in the arguments or the config. The program ends with 2 instead of 1.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct UsageError(pub String);
 
@@ -14,7 +14,7 @@ impl std::fmt::Display for UsageError {
 
 impl std::error::Error for UsageError {}
 
-/// Turns any error into one of the caller.
+/// Converts any error to one of the caller.
 pub(crate) fn as_usage_error(error: anyhow::Error) -> anyhow::Error {
     UsageError(format!("{error:#}")).into()
 }

@@ -136,7 +136,7 @@ impl ReleasedLabels {
         Ok(checked)
     }
 
-    /// The reason why a labeled shape does not have the labels of the package, or `None` if it has them.
+    /// The reason why a labeled shape does not have the labels of the package. Returns `None` if no difference is found.
     fn difference(&self, entry: &IndexEntry, emitted: &[EmittedFile]) -> Result<Option<String>> {
         let Some(carrier) = emitted.iter().find(|file| file.emit == Emit::Carrier) else {
             return Ok(None);

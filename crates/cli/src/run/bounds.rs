@@ -1,7 +1,7 @@
-//! Scores what bounds every table: plain geometry, the labels of the sources themselves, and what tokens allow.
+//! Scores the bounds of every table: plain geometry, the labels of the sources themselves, and the best result with tokens.
 //!
-//! A shape and a reference go in, rows of scores come out. Nothing here is trained. A network that does not beat
-//! `growing-20` has added nothing to geometry, and none can beat `token-ceiling`.
+//! A shape and a reference go in, and rows of scores come out. Nothing here is trained. A network that is not better than
+//! `growing-20` is not better than plain geometry, and no network can be better than `token-ceiling`.
 
 use super::evaluation::{clusters_array, member_name, score_columns, score_row};
 use super::scoring_place::ScoringPlace;
@@ -27,16 +27,16 @@ const GROWING: [(&str, f64); 3] = [
     ("growing-30", 30.0),
 ];
 
-/// Each point may be joined with so many of its nearest points.
+/// The number of nearest points with which each point may be joined.
 const N_NEIGHBORS: usize = 10;
 
-/// Each token has the label that most of its points have.
+/// The row in which each token has the label of most of its points.
 const TOKEN_CEILING: &str = "token-ceiling";
 
-/// The clusterer on embeddings that tell the parts apart perfectly, but for what tokens mix.
+/// The row of the clusterer on embeddings that separate the parts perfectly, except within tokens.
 const PERFECT: &str = "perfect-embeddings";
 
-/// The labels of the points, dealt out at random: the score of a prediction that has the right sizes and knows nothing else.
+/// The row of the labels of the points in a random order: a prediction that only has the right sizes.
 const SHUFFLED: &str = "shuffled-labels";
 
 /// The names of all rows of a run.
@@ -54,7 +54,7 @@ pub(super) fn bound_names(config: &Config) -> Vec<String> {
 /// Rows come in the order of the shapes, then of the references.
 ///
 /// # Errors
-/// If a shape cannot be cut into tokens, clustered or scored, or a file cannot be written.
+/// If a shape cannot be divided into tokens, clustered or scored, or a file cannot be written.
 pub(super) fn bounds(
     place: &ScoringPlace<'_>,
     shapes: &[&Shape],
@@ -111,7 +111,7 @@ fn bounds_of_shape(place: &ScoringPlace<'_>, shape: &Shape) -> Result<Vec<ScoreR
 struct BoundedShape<'a> {
     shape: &'a Shape,
     tokens: Tokens,
-    /// What tables show as its embeddings.
+    /// Its embeddings in the tables.
     geometry: Embeddings,
     points: Vec<Point>,
     /// The regions of each entry of [`GROWING`].
@@ -157,7 +157,7 @@ impl<'a> BoundedShape<'a> {
 
         let others = config.compare.supervision.iter();
         for source in others.filter(|&source| source != reference) {
-            // An endpoint on other shapes may do without the labels of a supervision.
+            // An endpoint on other shapes may lack the labels of a supervision.
             if let Some(labels) = self.shape.labels().get(source) {
                 predictions.push((labels_row(source), clusters_of_labels(labels)));
             }

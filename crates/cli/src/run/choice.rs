@@ -1,8 +1,8 @@
-//! Chooses the shapes of a data set that take part: the index goes in, shapes that differ come out, and why the others do
-//! not take part.
+//! Chooses the shapes of a run from a data set: the index goes in, and different shapes come out, with the reasons why the others
+//! are left out.
 //!
-//! With `select.max_shapes` they are taken in an order that the seed and their ids decide, so that neither the order of
-//! the index nor the number of threads has a say; no more carriers are read than that takes.
+//! With `select.max_shapes`, shapes are taken in a random order that depends on the seed and their ids. So the choice does not
+//! depend on the order of the index or the number of threads. Only the necessary carriers are read.
 
 use super::shapes::{Selection, Shape, ShapeLoader, ShapeRefusal};
 use crate::progress::Progress;
@@ -11,16 +11,16 @@ use partprobe_dataset::IndexEntry;
 use partprobe_eval::{DistinctShapes, Duplicate, seeded_rank};
 use rayon::prelude::*;
 
-/// Why a shape does not take part that the manifest does not name.
+/// The reason for a shape that the manifest does not name.
 pub(crate) const NOT_IN_MANIFEST: &str = "not in split.manifest";
-/// Why a shape does not take part that comes after enough others.
+/// The reason for a shape that comes after enough others.
 const SURPLUS: &str = "beyond select.max_shapes";
-/// So many carriers are read at once where not all of them may be wanted.
+/// The number of carriers that are read at once, if perhaps not all carriers are needed.
 const N_AT_ONCE: usize = 64;
-/// Damaged carriers are named up to this number, and counted beyond.
+/// The largest number of damaged carriers that are named. Further ones are only counted.
 const MAX_NAMED: usize = 5;
 
-/// The shapes that take part, and what became of the rest.
+/// The chosen shapes, and the reasons for the other ones.
 pub(crate) struct Choice {
     pub(crate) shapes: Vec<Shape>,
     pub(crate) selection: Selection,
@@ -29,7 +29,7 @@ pub(crate) struct Choice {
 /// Chooses the shapes of the loader's data set.
 ///
 /// # Errors
-/// If carriers are damaged, or are not those that were labeled; some are named.
+/// If carriers are damaged, or are not those that were labeled. Some of them are named.
 pub(crate) fn choose(loader: &ShapeLoader<'_>, progress: &Progress) -> Result<Choice> {
     let mut entries = loader.dataset.labeled();
     let n_most = loader.config.select.max_shapes;
@@ -41,7 +41,7 @@ pub(crate) fn choose(loader: &ShapeLoader<'_>, progress: &Progress) -> Result<Ch
     choose_first(loader, &entries, n_most, progress)
 }
 
-/// Equal shapes stay among these; the split keeps the first id of each.
+/// Chooses all shapes. Equal shapes are not removed here. The split keeps the first id of each.
 fn choose_all(
     loader: &ShapeLoader<'_>,
     entries: &[&IndexEntry],
@@ -68,7 +68,7 @@ fn choose_all(
     Ok(choice)
 }
 
-/// Takes shapes in this order until there are enough that differ.
+/// Takes shapes in this order until there are enough different ones.
 fn choose_first(
     loader: &ShapeLoader<'_>,
     entries: &[&IndexEntry],
@@ -111,7 +111,7 @@ fn choose_first(
     Ok(choice)
 }
 
-/// A data set with carriers that are not its own is not trained on, not even without them: its index is not true.
+/// Refuses a data set with carriers that are not its own, even if they could be left out, because its index is wrong.
 fn refuse_damage(entries: &[&IndexEntry], loaded: &[Result<Shape, ShapeRefusal>]) -> Result<()> {
     let damages = entries
         .iter()

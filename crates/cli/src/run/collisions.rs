@@ -1,4 +1,4 @@
-//! Counts the points whose voxel has another label, for each source. Scores through tokens cannot exceed what is left.
+//! Counts the points whose voxel has another label, for each source. They limit the scores of networks with tokens.
 
 use super::folder::RunFolder;
 use anyhow::Result;
@@ -10,10 +10,10 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fmt;
 
-/// The file of a run folder that holds the shares.
+/// The file of a run folder with the fractions.
 const FILE: &str = "collisions.json";
 
-/// The shares of a run.
+/// The fractions of a run.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub(crate) struct Collisions {
     format_version: u32,
@@ -21,21 +21,21 @@ pub(crate) struct Collisions {
     pub(crate) test: SplitCollisions,
 }
 
-/// The shares of the shapes of one split.
+/// The fractions of the shapes of one split.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub(crate) struct SplitCollisions {
     /// The approximate number of tokens of a shape.
     tokens: usize,
-    /// By label source, the mean over the shapes.
+    /// The mean fraction over the shapes, by label source.
     share: BTreeMap<String, f64>,
 }
 
 impl SplitCollisions {
-    /// Cuts each shape into about `tokens` tokens, as it stands, and counts; `shape_at` gives its points and, by source, their
-    /// labels.
+    /// Divides each shape, without rotation, into about `tokens` tokens, and counts. `shape_at` gives its points and, by source,
+    /// their labels.
     ///
     /// # Errors
-    /// If a shape's points cannot be had, or not be cut into tokens.
+    /// If the points of a shape cannot be read, or not be divided into tokens.
     pub(crate) fn of<'a>(
         n_shapes: usize,
         tokens: usize,
@@ -71,7 +71,7 @@ impl Collisions {
         }
     }
 
-    /// The collisions that the run folder has; `None` if it does not have the file.
+    /// The collisions in the run folder. Returns `None` if the file does not exist.
     pub(crate) fn read(folder: &RunFolder) -> Result<Option<Self>> {
         if !folder.path(FILE).exists() {
             return Ok(None);
@@ -111,7 +111,7 @@ impl fmt::Display for Collisions {
 mod tests {
     use super::*;
 
-    /// Two sides of a thin plate, each with its own label, and a second source that sees one label.
+    /// Two sides of a thin plate, each with its own label, and a second source with only one label.
     fn plate() -> (PointSample, BTreeMap<String, Vec<i32>>) {
         let mut sample = PointSample::default();
         for idx in 0..200 {

@@ -1,10 +1,10 @@
-//! Says of a JSON file that cannot be read that it is damaged, where, and what to do. The parser's own words are
-//! not shown, since they speak of Rust types.
+//! Makes the message for a JSON file that cannot be read: the place of the damage, and advice. The parser's own message is not
+//! shown, because it is about Rust types.
 
 use serde_json::error::Category;
 use std::path::Path;
 
-/// The message for a file that a parser has refused; the advice says what the user can do.
+/// The message for a file that a parser has refused. The advice tells the user what to do.
 pub(super) fn damaged_json(path: &Path, error: &serde_json::Error, advice: &str) -> String {
     let reason = match error.classify() {
         Category::Eof => "the file ends too early",

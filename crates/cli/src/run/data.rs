@@ -1,5 +1,4 @@
-//! Prepares the data of a run: its shapes are chosen, sampled, labeled and split, or loaded again by the split that is
-//! there.
+//! Prepares the data of a run: its shapes are chosen, sampled, labeled and split, or loaded again by the existing split.
 
 use super::choice::{Choice, NOT_IN_MANIFEST, choose};
 use super::collisions::{Collisions, SplitCollisions};
@@ -24,11 +23,11 @@ use sha2::{Digest, Sha256};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
-/// The shapes of a run, split; training shapes have their points where the trainer wants them.
+/// The shapes of a run with their split. The points of training shapes are in memory or drawn again, as the training requires.
 pub(crate) struct RunData {
     pub(crate) split_file: SplitFile,
     pub(super) shapes: BTreeMap<String, Shape>,
-    /// The training shapes, in split order; the labels are those of the supervision in turn.
+    /// The training shapes, in split order. The labels are those of the current supervision.
     pub(super) train: TrainingShapes,
 }
 
@@ -79,7 +78,7 @@ impl RunData {
         Ok(Collisions::new(train, test))
     }
 
-    /// What tells the data of this run's trainings from that of others.
+    /// The properties that distinguish the data of this run's trainings from other data.
     pub(super) fn training_data(&self) -> Result<TrainingData> {
         let split = self.split();
         let identities = |ids: &[String]| -> Result<Vec<ShapeIdentity>> {
@@ -163,7 +162,7 @@ pub(crate) fn prepare(
     })
 }
 
-/// Loads the shapes of a split that stands in the folder.
+/// Loads the shapes of a split in the folder.
 fn load_again(
     mut file: SplitFile,
     loader: ShapeLoader<'_>,
@@ -177,7 +176,7 @@ fn load_again(
         .try_for_each(|source| file.ensure_source(source))?;
     let (test, left_out) = file.load(&loader, file.split.test.iter(), &execution.progress)?;
     file.leave_out_of_test(&left_out)?;
-    // A reference that came later has no say in what is trained on.
+    // A reference that was added later does not influence the training shapes.
     let loader = loader.with_sources(file.sources());
     let trained = file.split.train.iter().chain(&file.split.valid);
     let (mut shapes, left_out) = file.load(&loader, trained, &execution.progress)?;
@@ -265,7 +264,7 @@ fn split_at_random(shapes: &[Shape], config: &SplitConfig) -> Result<Split> {
     split(&candidates, &rule).map_err(|error| UsageError(error.to_string()).into())
 }
 
-/// How many of the training shapes are trained on.
+/// The fraction of the training shapes that are trained on.
 fn train_share(config: &SplitConfig) -> TrainShare {
     TrainShare {
         share: config.train_share,
@@ -273,7 +272,7 @@ fn train_share(config: &SplitConfig) -> TrainShare {
     }
 }
 
-/// The test shapes of a run's split with their points and labels; nothing else of the data set is read.
+/// The test shapes of a run's split with their points and labels. Nothing else of the data set is read.
 pub(crate) fn prepare_test(
     dataset: &Dataset,
     config: &Config,
@@ -302,7 +301,7 @@ pub(crate) fn prepare_test(
     })
 }
 
-/// Moves the points of a shape to the trainer: they are the bulk of the memory.
+/// Moves the points of a shape to the trainer, because they need most of the memory.
 fn train_shape(shapes: &mut BTreeMap<String, Shape>, id: &str) -> Result<TrainShape> {
     let shape = shapes
         .get_mut(id)
@@ -314,7 +313,7 @@ fn train_shape(shapes: &mut BTreeMap<String, Shape>, id: &str) -> Result<TrainSh
     })
 }
 
-/// Gives the shapes that are scored their points back.
+/// Draws the points of scored shapes again.
 fn draw_again<'a>(
     shapes: &mut BTreeMap<String, Shape>,
     ids: impl Iterator<Item = &'a String>,

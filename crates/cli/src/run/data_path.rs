@@ -1,10 +1,10 @@
-//! Remembers in a run folder where its data set is.
+//! Stores the path of the data set in a run folder.
 
 use super::folder::RunFolder;
 use anyhow::{Context, Result};
 use std::path::{Path, PathBuf};
 
-/// Notes where the data set stands, for `eval`: relative to the run folder if it stands inside it.
+/// Stores the path of the data set for `eval`. It is relative to the run folder if the data set is inside it.
 pub(crate) fn remember_data(folder: &RunFolder, data: &Path) -> Result<()> {
     let canonical = |path: &Path| {
         path.canonicalize()
@@ -14,10 +14,10 @@ pub(crate) fn remember_data(folder: &RunFolder, data: &Path) -> Result<()> {
     folder.write_json("data.json", &data.strip_prefix(&root).unwrap_or(&data))
 }
 
-/// Where the data set of a run is.
+/// The path of the data set of a run.
 ///
 /// # Errors
-/// If the folder does not say it.
+/// If the folder does not contain it.
 pub(crate) fn remembered_data(folder: &RunFolder) -> Result<PathBuf> {
     let advice = "say with --data DATASET where the data set is";
     let path: PathBuf = folder

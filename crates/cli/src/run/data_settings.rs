@@ -1,5 +1,5 @@
-//! Compares the settings that a data set was labeled with and those that a config says: a run records the former, and a
-//! config that says others is refused.
+//! Compares the settings with which a data set was labeled and those of a config: a run records the former, and a config with
+//! different settings is refused.
 
 use crate::config::{LoadedConfig, stated_table, with_table};
 use crate::dataset_settings::NEUTRAL_LABEL_KEYS;
@@ -10,10 +10,10 @@ use serde_json::{Map, Value};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// `dataset.json` as it stands, since that of an earlier program may lack settings.
+/// The unchanged `dataset.json`, because that of an earlier program may lack settings.
 ///
 /// # Errors
-/// If there is none, or it cannot be read.
+/// If it does not exist or cannot be read.
 pub(crate) fn settings_of(data: &Path) -> Result<Value> {
     let path = data.join(SETTINGS_FILE);
     let without = || {
@@ -26,11 +26,11 @@ pub(crate) fn settings_of(data: &Path) -> Result<Value> {
     serde_json::from_slice(&bytes).with_context(|| path.display().to_string())
 }
 
-/// The config that says what data it is for: that they were given, and, if they are a labeled data set, its settings in
-/// place of the defaults.
+/// The config with the facts about its data: that data were given and, if they are a labeled data set, its settings instead of
+/// the defaults.
 ///
 /// # Errors
-/// If the caller has said other values: each is named, with both.
+/// If the caller has set other values. Each setting is named, with both values.
 pub(crate) fn with_data(
     data: &[PathBuf],
     loaded: LoadedConfig,
@@ -40,7 +40,7 @@ pub(crate) fn with_data(
     if data.is_empty() {
         return Ok(loaded);
     }
-    // The config may say that parts are generated, which is not so.
+    // The config may wrongly say that parts are generated.
     let source = Map::from_iter([("source".to_owned(), Value::from("paths"))]);
     let loaded = with_table(&loaded, "data", &source)?;
     match data {
@@ -61,10 +61,10 @@ fn with_settings_of(
     with_table(loaded, "label", &label)
 }
 
-/// Refuses a data set that was labeled with other settings than the config says.
+/// Refuses a data set that was labeled with other settings than those of the config.
 ///
 /// # Errors
-/// If it was: each setting is named, with both values.
+/// If this is so. Each setting is named, with both values.
 pub(crate) fn ensure_settings_of(data: &Path, loaded: &LoadedConfig) -> Result<()> {
     refuse_others(data, loaded, &label_settings_of(data)?, |_| true)
 }
@@ -116,7 +116,7 @@ mod tests {
     use super::*;
     use crate::config::load;
 
-    /// A data set's folder whose settings are those of the defaults but for these.
+    /// The folder of a data set with the default settings except for these.
     fn data_set(changes: &[(&str, Value)]) -> tempfile::TempDir {
         let folder = tempfile::tempdir().unwrap();
         let mut label = serde_json::to_value(load("base", &[]).unwrap().config.label).unwrap();

@@ -1,4 +1,4 @@
-//! Evaluates held-out shapes: embedding, clustering, scoring, and the files that let anybody score again.
+//! Evaluates held-out shapes: embedding, clustering, scoring, and the files from which the scores can be computed again.
 
 use super::folder::RunFolder;
 use super::page::face_members;
@@ -25,7 +25,7 @@ pub(crate) const NO_NETWORK: &str = "no-network";
 /// The row of the clusterer on random Fourier features of plain geometry.
 pub(crate) const RANDOM_FOURIER: &str = "random-fourier";
 
-/// What gives a token its embedding.
+/// The method that gives a token its embedding.
 pub(crate) enum Embedder<'a> {
     /// A network, trained or not.
     Network(&'a Model),
@@ -54,22 +54,22 @@ impl Embedder<'_> {
     }
 }
 
-/// A row of the score table: what it is called and what embeds for it.
+/// A row of the score table: its name and its embedder.
 pub(crate) struct ScoredModel<'a> {
     pub(crate) supervision: &'a str,
     pub(crate) seed: u64,
     pub(crate) embedder: Embedder<'a>,
 }
 
-/// A column of scores: a clusterer, and which embeddings it divides.
+/// A column of scores: a clusterer and the kind of embeddings.
 pub(super) struct ScoreColumn {
-    /// `k-means`, or `mean-shift+k-means` behind the layer `net.refine`.
+    /// `k-means`, or `mean-shift+k-means` after the layer `net.refine`.
     pub(super) name: String,
     pub(super) clusterer: ClustererName,
     is_refined: bool,
 }
 
-/// One column per clusterer, and one more per clusterer for the embeddings behind the layer that refines, if there is one.
+/// One column per clusterer, and one more per clusterer for the refined embeddings, if there is a layer that refines.
 pub(super) fn score_columns(config: &Config) -> Vec<ScoreColumn> {
     let clusterers = config.eval.clusterers.iter();
     let plain = clusterers.clone().map(|&clusterer| ScoreColumn {
@@ -88,10 +88,11 @@ pub(super) fn score_columns(config: &Config) -> Vec<ScoreColumn> {
     plain.chain(behind).collect()
 }
 
-/// The best cut is looked for among at most this many tokens, evenly spaced in their order: the time grows with their square.
+/// The largest number of tokens for the best cut. They are evenly spaced in their order. The time grows with the square of this
+/// number.
 const MAX_TOKENS_OF_TREE: usize = 512;
 
-/// Embeddings of one shape, with the tree of their merges, which no reference changes.
+/// Embeddings of one shape, with the tree of their merges. The tree does not depend on the reference.
 struct Embedded {
     rows: Embeddings,
     tree: AverageLinkTree,
@@ -110,7 +111,7 @@ impl Embedded {
         Ok(Self { rows, tree })
     }
 
-    /// The best cut against labels, over the points of the tokens that the tree has.
+    /// The best cut against labels, over the points of the tokens in the tree.
     fn best_cut_ari(&self, tokens: &Tokens, labels: &[i32]) -> Option<f64> {
         let chosen = chosen_tokens(self.rows.n_rows());
         let mut row_of_token = vec![None; self.rows.n_rows()];
@@ -125,7 +126,7 @@ impl Embedded {
                 reference.push(label);
             }
         }
-        // Without a labeled point among them there is no cut to speak of.
+        // Without a labeled point among them, there is no best cut.
         best_cut_ari(&self.tree, &rows, &reference).ok()
     }
 }
@@ -274,7 +275,7 @@ fn evaluate_shape(
     Ok(rows)
 }
 
-/// `predicted_<source>` for the first column, with `__<column>` behind it for any other.
+/// `predicted_<source>` for the first column, with the suffix `__<column>` for any other.
 pub(super) fn member_name(reference: &str, idx: usize, column: &str) -> String {
     if idx == 0 {
         format!("predicted_{reference}")
@@ -283,7 +284,7 @@ pub(super) fn member_name(reference: &str, idx: usize, column: &str) -> String {
     }
 }
 
-/// The cluster of each point as signed integers, as all labels are.
+/// The cluster of each point as signed integers, like all labels.
 pub(super) fn clusters_array(predicted: &[u32]) -> Array {
     let signed = predicted.iter().map(|&cluster| cluster as i32);
     Array::vector::<i32>(signed.collect())

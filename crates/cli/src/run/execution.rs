@@ -1,4 +1,4 @@
-//! Defines how a run is executed: threads, the backend, progress, and Ctrl-C. Nothing here decides a result.
+//! Defines the execution of a run: threads, the backend, progress, and Ctrl-C. Nothing here influences a result.
 
 use crate::allocator::keep_freed_memory;
 use crate::interrupt::Interrupt;
@@ -45,7 +45,7 @@ impl BackendArg {
         }
     }
 
-    /// The backend, if this program was built with it; otherwise a usage error that says how to build it.
+    /// The backend, if this program was built with it. Otherwise, it is a usage error that explains how to build it.
     fn backend(self) -> Result<Backend, UsageError> {
         match self {
             Self::Flex => Ok(Backend::Flex),
@@ -67,18 +67,18 @@ impl BackendArg {
     }
 }
 
-/// What every stage is executed with.
+/// The execution settings of every stage.
 pub(crate) struct Execution {
     pub(crate) threads: usize,
     pub(crate) backend: Backend,
-    /// What the user calls the backend, and what a run records.
+    /// The name of the backend on the command line and in records.
     pub(crate) backend_name: &'static str,
     pub(crate) progress: Progress,
     pub(crate) interrupt: Interrupt,
 }
 
 impl Execution {
-    /// Sets up threads and Ctrl-C; once in a process.
+    /// Sets up threads and Ctrl-C. It may be called once per process.
     pub(crate) fn new(args: &ExecutionArgs) -> Result<Self> {
         let backend = args.backend.backend()?;
         let cores = std::thread::available_parallelism().map_or(1, usize::from);

@@ -1,4 +1,4 @@
-//! Names the files of a run folder, and says who may write to it.
+//! Names the files of a run folder, and controls write access to it.
 
 use super::damaged_json::damaged_json;
 use super::longer::{ensure_longer, is_of_length};
@@ -13,11 +13,11 @@ use std::fs::{self, File, OpenOptions};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// The file that a program holds locked while it works in the folder; the lock goes with the program.
+/// The file that a program locks while it works in the folder. The lock ends with the program.
 const LOCK_FILE: &str = ".lock";
-/// What a run has in its folder before its first result: its config, its facts, and the shapes that it labeled.
+/// The files of a run before its first result: its config, its facts, and its labeled shapes.
 const PREPARED: [&str; 4] = [LOCK_FILE, "config.toml", "run.json", "data"];
-/// What an evaluation writes at its end. A folder that has the last of them is complete.
+/// The files that an evaluation writes at its end. A folder that has the last of them is complete.
 const RESULTS: [&str; 8] = [
     "scores.jsonl",
     "expectations.json",
@@ -31,25 +31,25 @@ const RESULTS: [&str; 8] = [
 /// The folders that an evaluation fills.
 const EVALUATED: [&str; 4] = ["test", "predictions", "embeddings", "endpoints"];
 
-/// A run's folder, which no other program works in. Every file in it is written whole, by rename; `log.jsonl` alone is
-/// appended to.
+/// A run's folder, in which no other program works. Every file in it is written at once, by rename. Only `log.jsonl` is appended
+/// to.
 #[derive(Debug)]
 pub(crate) struct RunFolder {
     root: PathBuf,
-    /// Locked for as long as this value lives; `None` if the folder is only read.
+    /// The lock file, which is locked as long as this value exists; `None` if the folder is only read.
     _lock: Option<File>,
 }
 
 impl RunFolder {
-    /// Makes a new folder, or opens one that holds the same merged config when `resume` is set.
+    /// Makes a new folder, or opens one with the same merged config if `resume` is set.
     ///
     /// # Errors
-    /// If the folder holds something else, another program works in it, or it cannot be made.
+    /// If the folder has other content, another program works in it, or it cannot be made.
     pub(crate) fn open(root: &Path, merged_config: &str, resume: bool) -> Result<Self> {
         if !is_used(root)? {
             fs::create_dir_all(root).with_context(|| format!("making {}", root.display()))?;
             let folder = Self::locked(root)?;
-            // Another program may have been faster between the look and the lock.
+            // Another program may have used the folder between the check and the lock.
             if !is_used(root)? {
                 folder.write("config.toml", merged_config.as_bytes())?;
                 return Ok(folder);
@@ -67,10 +67,10 @@ impl RunFolder {
         Ok(folder)
     }
 
-    /// Opens a folder that a run has made.
+    /// Opens the folder of a run.
     ///
     /// # Errors
-    /// If it holds no `config.toml`, or another program works in it.
+    /// If it has no `config.toml`, or another program works in it.
     pub(crate) fn existing(root: &Path) -> Result<Self> {
         ensure_is_run(root)?;
         Self::locked(root)
@@ -109,8 +109,8 @@ impl RunFolder {
         })
     }
 
-    /// Refuses a config other than the one that the run was started with. A config that only makes the training longer takes its
-    /// place, and the scores of the shorter training go.
+    /// Refuses a config that differs from the one with which the run was started. A config that only makes the training longer
+    /// replaces it, and the scores of the shorter training are removed.
     fn take_config(&self, merged_config: &str) -> Result<()> {
         let stored = self.read_text("config.toml")?;
         if stored == merged_config {
@@ -131,8 +131,7 @@ impl RunFolder {
         };
         let stored: Config = toml::from_str(&stored).with_context(of_another_version)?;
         let mut differing = differences(&stored, &toml::from_str::<Config>(merged_config)?);
-        // Which data a run has is what run.json and split.json say, not where they were asked for.
-        // The same holds for imported labels.
+        // The data of a run are determined by run.json and split.json, and not by their path. The same holds for imported labels.
         let is_place = |key: &str| {
             key.starts_with("data.") || (key.starts_with("sources.") && key.ends_with(".path"))
         };
@@ -177,7 +176,7 @@ impl RunFolder {
         )))
     }
 
-    /// Takes away what a former evaluation has written: from here on, nothing says that the folder is evaluated.
+    /// Removes the results of a previous evaluation. Then the folder is not evaluated.
     ///
     /// # Errors
     /// If a file cannot be removed.
@@ -203,7 +202,7 @@ impl RunFolder {
         self.root.join(relative)
     }
 
-    /// Writes a file whole, making its folder.
+    /// Writes a file at once, and makes its folder.
     ///
     /// # Errors
     /// If it cannot be written.
@@ -225,10 +224,10 @@ impl RunFolder {
         self.write(relative, &bytes)
     }
 
-    /// Reads a JSON file; the advice says what a user can do if it is damaged.
+    /// Reads a JSON file. The advice tells the user what to do if it is damaged.
     ///
     /// # Errors
-    /// If it cannot be read, or is damaged: the message then says where.
+    /// If it cannot be read, or is damaged. The message names the place of the damage.
     pub(crate) fn read_json<T: DeserializeOwned>(&self, relative: &str, advice: &str) -> Result<T> {
         let bytes = self.read(relative)?;
         serde_json::from_slice(&bytes)
@@ -269,8 +268,8 @@ impl RunFolder {
     }
 }
 
-/// Whether a folder holds a run with this config that ended before its first result, for example because a file was missing:
-/// then nothing of it is lost if the same call starts again.
+/// Whether a folder has a run with this config that ended before its first result, for example because a file was missing. Then
+/// nothing is lost if the same call starts again.
 fn is_same_call(root: &Path, merged_config: &str) -> Result<bool> {
     let stored = fs::read_to_string(root.join("config.toml"));
     let is_same = stored.is_ok_and(|stored| stored == merged_config);
@@ -288,7 +287,7 @@ fn ensure_is_run(root: &Path) -> Result<()> {
     bail!(UsageError(format!("{} {reason}", root.display())));
 }
 
-/// Whether a folder holds anything but a lock.
+/// Whether a folder has other files than a lock.
 fn is_used(root: &Path) -> Result<bool> {
     Ok(root.is_dir() && holds_more_than(root, &[LOCK_FILE])?)
 }
@@ -304,7 +303,7 @@ fn holds_more_than(root: &Path, names: &[&str]) -> Result<bool> {
     Ok(false)
 }
 
-/// What was not there need not be removed.
+/// The result of a removal. A file that does not exist is not an error.
 fn removed(outcome: std::io::Result<()>, path: &Path) -> Result<()> {
     match outcome {
         Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
@@ -343,7 +342,7 @@ mod tests {
             RunFolder::open(&root, &config, false).is_ok(),
             "nothing is lost if a call starts again that ended before its first result"
         );
-        // A split, trainings without their split, and the fits of an implicit probe, which has no split.
+        // The cases are a split, trainings without their split, and the fits of an implicit probe, which has no split.
         for result in ["split.json", "checkpoints", "fits"] {
             fs::create_dir(root.join(result)).unwrap();
             let told = RunFolder::open(&root, &config, false).unwrap_err();
@@ -351,7 +350,7 @@ mod tests {
             fs::remove_dir(root.join(result)).unwrap();
         }
 
-        // What a program leaves that was killed before its first file.
+        // The folder of a program that was killed before its first file.
         let killed = parent.path().join("killed");
         fs::create_dir(&killed).unwrap();
         fs::write(killed.join(LOCK_FILE), "").unwrap();

@@ -1,4 +1,4 @@
-//! Says below every table by which settings it was made, and what a reader must know of a score.
+//! Writes the sentences below every table: its settings, and notes about the scores.
 
 use super::split_file::SplitFile;
 use crate::config::{Config, LabelConfig, NormalConfig};
@@ -11,9 +11,9 @@ use std::collections::BTreeSet;
 /// The shapes that tables are about.
 #[derive(Clone, Debug)]
 pub(super) struct TestShapes {
-    /// Twelve digits that name the shapes.
+    /// Twelve digits that identify the shapes.
     pub(super) data_hash: String,
-    /// How many shapes were held out, whether they could be scored or not.
+    /// The number of held-out shapes, including those that could not be scored.
     pub(super) n_held_out: usize,
 }
 
@@ -27,7 +27,7 @@ impl TestShapes {
     }
 }
 
-/// The sentences below the tables of these rows. Without normals, those of the config were taken away.
+/// The sentences below the tables of these rows. Without normals, those of the config were removed.
 pub(super) fn footer(
     config: &Config,
     rows: &[ScoreRow],
@@ -41,7 +41,7 @@ pub(super) fn footer(
         normals,
     )];
     sentences.extend(unscored(rows, shapes.n_held_out));
-    // The trainings aim at GTc, so the table says so.
+    // The trainings optimize GTc, so the table mentions this.
     if config.loss.proto_ce_weight > 0.0 {
         sentences.push(
             "GTc: our loss trains for it (its prototype cross-entropy), and the loss of the paper may not. The centers come from the \
@@ -52,7 +52,7 @@ pub(super) fn footer(
     sentences
 }
 
-/// A sentence about the held-out shapes that are not in the tables; `None` if all are.
+/// A sentence about the held-out shapes that are not in the tables. Returns `None` if all are in them.
 fn unscored(rows: &[ScoreRow], n_held_out: usize) -> Option<String> {
     let scored: BTreeSet<&str> = rows.iter().map(|row| row.shape.as_str()).collect();
     (scored.len() < n_held_out).then(|| {
@@ -64,16 +64,16 @@ fn unscored(rows: &[ScoreRow], n_held_out: usize) -> Option<String> {
     })
 }
 
-/// Whether the points that were scored have normals.
+/// The normals of the scored points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Normals {
-    /// As the config says.
+    /// Those of the config.
     OfConfig,
     /// All are zero.
     None,
 }
 
-/// The seeds of the backbones that were scored: not all that the config names need be trained yet.
+/// The seeds of the scored backbones. Perhaps not all seeds of the config are trained yet.
 fn trained_seeds(config: &Config, rows: &[ScoreRow]) -> BTreeSet<u64> {
     let of_backbones = rows
         .iter()
@@ -95,7 +95,7 @@ fn settings(
         volume_loss,
         ..
     } = &config.label;
-    // Without normals, no voxel can look at them.
+    // Without normals, voxels cannot use them.
     let voxels = match (normals, config.tokens.voxels) {
         (Normals::OfConfig, Voxels::NormalKeyed) => "normal-keyed",
         (Normals::None, _) | (_, Voxels::Plain) => "plain",

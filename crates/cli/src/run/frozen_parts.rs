@@ -1,4 +1,4 @@
-//! Checks `train.freeze`: each name must be that of a part of the network.
+//! Checks `train.freeze`: each name must be the name of a part of the network.
 
 use crate::config::{Config, nearest};
 use crate::usage::UsageError;
@@ -8,7 +8,7 @@ use partprobe_net::Model;
 /// Refuses a part that the network does not have, before a run folder is made.
 ///
 /// # Errors
-/// If a name of `train.freeze` is not the beginning of a parameter's name; the message names one that is similar.
+/// If a name of `train.freeze` is not the beginning of a parameter's name. The message suggests a similar one.
 pub(crate) fn ensure_frozen_parts(config: &Config) -> Result<()> {
     if config.train.freeze.is_empty() {
         return Ok(());

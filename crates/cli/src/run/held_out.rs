@@ -1,4 +1,4 @@
-//! Checks that a backbone belongs to this run and was not trained on the shapes that it is scored on.
+//! Checks that a backbone belongs to this run and was not trained on the shapes on which it is scored.
 
 use super::folder::RunFolder;
 use super::shapes::{Shape, ShapeIdentity};
@@ -8,10 +8,10 @@ use crate::config::{Config, Difference, differences, listed};
 use anyhow::{Context, Result, bail, ensure};
 use partprobe_net::{Backend, Model, ModelFile, ShapeKeys, TrainedOn};
 
-/// Shapes that a backbone has seen are named up to this number, and counted beyond.
+/// The largest number of shapes that are named because a backbone has seen them. Further ones are only counted.
 const MAX_NAMED: usize = 5;
 
-/// A backbone and what it was trained on.
+/// A backbone and the record of its training.
 fn trained_model(
     folder: &RunFolder,
     (supervision, seed): (&str, u64),
@@ -35,7 +35,7 @@ fn trained_model(
     Ok((file.model, trained_on))
 }
 
-/// Refuses weights that this run has not trained itself: who resumes a training must not take them for its result.
+/// Refuses weights that this run has not trained itself, because a resumed training must not use them as its result.
 ///
 /// # Errors
 /// If they were trained on other shapes, another supervision or seed.
@@ -67,11 +67,11 @@ pub(crate) fn ensure_trained_here(
     Ok(())
 }
 
-/// What an evaluation holds against each backbone.
+/// The data with which an evaluation compares each backbone.
 pub(crate) struct HeldOut<'a> {
     pub(crate) folder: &'a RunFolder,
     pub(crate) config: &'a Config,
-    /// How many shapes the run trains on.
+    /// The number of training shapes of the run.
     pub(crate) n_train: usize,
     /// The shapes that are scored.
     pub(crate) test: &'a [&'a Shape],
@@ -82,7 +82,8 @@ impl HeldOut<'_> {
     /// The trained backbone of the run.
     ///
     /// # Errors
-    /// If it was trained on another supervision, seed or settings, on a shape that is scored, or does not say on what.
+    /// If it was trained on another supervision, seed or settings, on a shape that is scored, or does not record its training
+    /// shapes.
     pub(crate) fn model(&self, supervision: &str, seed: u64) -> Result<Model> {
         let weights = weights_path(supervision, seed);
         let context = || self.folder.path(&weights).display().to_string();
@@ -107,7 +108,7 @@ impl HeldOut<'_> {
         Ok(())
     }
 
-    /// Refuses a backbone that stands in the place of another.
+    /// Refuses a backbone that is at the path of another one.
     fn ensure_place(&self, trained_on: &TrainedOn, supervision: &str, seed: u64) -> Result<()> {
         let found = (
             trained_on.supervision.as_str(),
@@ -123,7 +124,7 @@ impl HeldOut<'_> {
             &trained_on.settings,
             &train_settings(self.config, self.n_train, seed),
         );
-        // Backbones may be scored on other tokens than their validation had.
+        // Backbones may be scored with other tokens than those of their validation.
         differing.retain(|Difference { key, .. }| {
             !["tokens.test_tokens", "tokens.test_poses"].contains(&key.as_str())
         });
@@ -148,7 +149,7 @@ impl HeldOut<'_> {
     }
 }
 
-/// Refuses weights that have seen a test shape; `what` says how.
+/// Refuses weights that have seen a test shape. `what` describes them in the message.
 ///
 /// # Errors
 /// If they have.

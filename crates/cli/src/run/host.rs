@@ -1,4 +1,4 @@
-//! Writes `run.json`: versions, machine and times of a run; nothing else may depend on them.
+//! Writes `run.json`: versions, machine and times of a run. Nothing else may depend on them.
 
 use super::execution::Execution;
 use super::folder::RunFolder;
@@ -12,20 +12,20 @@ use std::time::{SystemTime, UNIX_EPOCH};
 /// The version that the workspace pins exactly.
 pub(crate) const BURN_VERSION: &str = "0.22.1";
 
-/// Where and with what a run was made.
+/// The machine, the versions and the times of a run.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct RunRecord {
     pub(crate) format_version: u32,
     pub(crate) program: &'static str,
     pub(crate) version: &'static str,
     pub(crate) burn: &'static str,
-    /// The commit that the program was built from, or `None` if it does not know.
+    /// The commit from which the program was built, or `None` if it is not known.
     pub(crate) commit: Option<&'static str>,
     pub(crate) backend: String,
     pub(crate) threads: usize,
     pub(crate) host: Host,
     pub(crate) data: Vec<String>,
-    /// The settings of the labeled data set that was given, as its `dataset.json` has them.
+    /// The settings of the given labeled data set, from its `dataset.json`.
     pub(crate) data_set: Option<Value>,
     pub(crate) started_unix_s: u64,
     /// Seconds of each stage, in the order in which they ran.
@@ -36,7 +36,7 @@ pub(crate) struct RunRecord {
 const FILE: &str = "run.json";
 
 impl RunRecord {
-    /// What is known before any work.
+    /// The data that are known before any work.
     pub(crate) fn new(execution: &Execution, data: Vec<String>, data_set: Option<Value>) -> Self {
         Self {
             format_version: partprobe_formats::FORMAT_VERSION,
@@ -54,8 +54,7 @@ impl RunRecord {
         }
     }
 
-    /// Writes the record as far as it is known; a resumed run must have the data, the backend and the program that it
-    /// began with.
+    /// Writes the data that are known so far. A resumed run must have the same data, backend and program as at its start.
     ///
     /// # Errors
     /// If it has others, or the file cannot be written.
@@ -66,10 +65,11 @@ impl RunRecord {
         self.write(folder)
     }
 
-    /// The same for a training: what tells its data is the split, wherever it lies; the record of a run stays.
+    /// The same for a training. Its data are identified by the split, for any path of the data. An existing record of a run is
+    /// kept.
     ///
     /// # Errors
-    /// As there.
+    /// The same as for [`begin_run`](Self::begin_run).
     pub(crate) fn begin_training(&self, folder: &RunFolder) -> Result<()> {
         match Self::former(folder)? {
             Some(former) => self.refuse_other(&former, &["version", "backend"]),
@@ -125,7 +125,7 @@ pub(crate) struct Host {
 }
 
 impl Host {
-    /// Asks the machine that runs us.
+    /// Reads the data of this machine.
     pub(crate) fn of_this_machine() -> Self {
         Self {
             os: std::env::consts::OS,

@@ -1,8 +1,8 @@
-//! Reads the weights that a training starts from: `train.init`.
+//! Reads the weights with which a training starts: `train.init`.
 //!
-//! The label source and the seed of a training go in, the weights and the shapes that they have seen come out. Weights
-//! that were trained on the labels of another source are refused in a comparison, because the difference that it measures
-//! would then be that of two trainings.
+//! The label source and the seed of a training go in, and the weights and the shapes that they have seen come out. Weights that
+//! were trained on the labels of another source are refused in a comparison, because it would then measure the difference of two
+//! trainings.
 
 use crate::config::{Config, FOREIGN_SUPERVISION};
 use anyhow::{Context, Result, ensure};
@@ -44,7 +44,7 @@ pub(super) struct LoadedWeights {
 /// The weights that `train.init` names for this label source and seed. Returns `None` if it names none.
 ///
 /// # Errors
-/// If the file cannot be read, has another network, or was trained on another source than the comparison's arm.
+/// If the file cannot be read, has another network, or was trained on another source than the arm of the comparison.
 pub(super) fn initial_weights(
     config: &Config,
     (supervision, seed): (&str, u64),

@@ -1,7 +1,7 @@
 //! Loads shapes ahead of the update that needs them: loader threads, bounded queues, and the time that the update waited.
 //!
-//! Each loader takes every n-th shape of the seeded order and has a queue of its own, which the update reads in turn:
-//! the order is that of the seed, whichever loader is faster.
+//! Each of n loaders takes every n-th shape of the seeded order and has its own queue. The update reads the queues in turn, so
+//! the order is that of the seed, even if one loader is faster than another.
 
 use super::training_shapes::TrainingShapes;
 use anyhow::{Context, Result};
@@ -13,35 +13,35 @@ use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// Batches that all loaders together may be ahead.
+/// The number of batches that all loaders together may load ahead.
 const QUEUE_BATCHES: usize = 2;
-/// Shapes that a single loader may be ahead, however large a batch is.
+/// The largest number of shapes that a single loader may load ahead, for any size of a batch.
 const MAX_QUEUE_SHAPES: usize = 64;
 
-/// Which updates are loaded, and by how many threads.
+/// The updates that are loaded, and the number of loader threads.
 pub(super) struct LoadingPlan<'a> {
     pub(super) loading: Loading,
     pub(super) shapes: &'a TrainingShapes,
-    /// Updates that are done already.
+    /// The number of updates that are already done.
     pub(super) first_step: usize,
-    /// Updates of the whole training.
+    /// The number of updates of the whole training.
     pub(super) n_steps: usize,
-    /// Shapes of an update, and of each of the batches that it is made of.
+    /// The number of shapes of an update, and of each of its batches.
     pub(super) update_shapes: usize,
     pub(super) batch_shapes: usize,
-    /// Loader threads; 0 loads on the threads of the update, when it is due.
+    /// The number of loader threads. With 0, shapes are loaded on the threads of the update when they are needed.
     pub(super) n_loaders: usize,
 }
 
 impl LoadingPlan<'_> {
-    /// How many shapes the updates to come want.
+    /// The number of shapes that the remaining updates need.
     fn n_places(&self) -> usize {
         self.n_steps
             .saturating_sub(self.first_step)
             .saturating_mul(self.update_shapes)
     }
 
-    /// Loads the shape whose turn it is, and adds what that took.
+    /// Loads the shape of a turn, and adds the time that this took.
     fn load(&self, turn: Turn, nanoseconds: &AtomicU64) -> Result<LoadedShape> {
         let begun = ThreadClock::now();
         let loaded = self
@@ -53,14 +53,14 @@ impl LoadingPlan<'_> {
     }
 }
 
-/// A shape's turn in the row of all updates to come.
+/// A shape's turn in the sequence of all remaining updates.
 #[derive(Clone, Copy)]
 struct Turn {
     idx: usize,
     step: usize,
 }
 
-/// Walks along that row; the order of an update is worked out once.
+/// Walks along this sequence. The order of each update is computed once.
 struct Order<'a> {
     plan: &'a LoadingPlan<'a>,
     step: Option<usize>,
@@ -76,7 +76,7 @@ impl<'a> Order<'a> {
         }
     }
 
-    /// Whose turn it is at a place, counted from the first update to come.
+    /// The turn at a place, counted from the first remaining update.
     fn turn(&mut self, place: usize) -> Result<Turn> {
         let step = self.plan.first_step + place / self.plan.update_shapes;
         if self.step != Some(step) {
@@ -91,7 +91,7 @@ impl<'a> Order<'a> {
     }
 }
 
-/// The batches of a training, as the loaders fill them.
+/// The batches of a training, which the loaders fill.
 pub(super) struct LoadedBatches<'a> {
     plan: &'a LoadingPlan<'a>,
     order: Order<'a>,
@@ -100,17 +100,17 @@ pub(super) struct LoadedBatches<'a> {
     clocks: &'a LoadingClocks,
 }
 
-/// How long loading took, and how long the updates waited for it.
+/// The time of loading, and the time that the updates waited for it.
 #[derive(Default)]
 pub(super) struct LoadingClocks {
     /// Nanoseconds of processor time of all loaders.
     loading: AtomicU64,
-    /// Nanoseconds that updates waited for their shapes, since they were last asked for.
+    /// Nanoseconds that updates waited for their shapes since the last query.
     waiting: AtomicU64,
 }
 
 impl LoadingClocks {
-    /// Seconds of processor time that loading has taken so far; wall time where the system does not count it.
+    /// Seconds of processor time that loading has taken so far. It is wall time if the system does not count processor time.
     pub(super) fn loading_seconds(&self) -> f64 {
         self.loading.load(Ordering::Relaxed) as f64 * 1e-9
     }
@@ -135,7 +135,7 @@ impl Batches for LoadedBatches<'_> {
 }
 
 impl LoadedBatches<'_> {
-    /// The shapes of the next batch, or the first error that one of them met with.
+    /// The shapes of the next batch, or the first error of one of them.
     fn take(&mut self) -> Result<Vec<LoadedShape>> {
         let places = self.n_taken..self.n_taken + self.plan.batch_shapes;
         self.n_taken = places.end;
@@ -158,10 +158,10 @@ impl LoadedBatches<'_> {
     }
 }
 
-/// Starts the loaders, does the work with what they load, and ends them.
+/// Starts the loaders, does the work with the loaded shapes, and ends the loaders.
 ///
 /// # Errors
-/// Those of the work.
+/// The errors of the work.
 pub(super) fn with_loaders<T>(
     plan: &LoadingPlan,
     clocks: &LoadingClocks,
@@ -177,7 +177,7 @@ pub(super) fn with_loaders<T>(
             scope.spawn(move || load_all(plan, loader, &sender, &clocks.loading));
             queues.push(receiver);
         }
-        // The work owns the queues: when it ends, for any reason, the loaders find them closed and end too.
+        // The work owns the queues. When it ends for any reason, the queues are closed, and the loaders also end.
         work(LoadedBatches {
             plan,
             order: Order::new(plan),
@@ -188,7 +188,7 @@ pub(super) fn with_loaders<T>(
     })
 }
 
-/// Loads every n-th shape until the last update or until nobody listens.
+/// Loads every n-th shape until the last update or until the queue is closed.
 fn load_all(
     plan: &LoadingPlan,
     loader: usize,
@@ -206,7 +206,7 @@ fn load_all(
     }
 }
 
-/// The processor time of this thread where Linux tells it, and wall time elsewhere.
+/// The processor time of this thread on Linux, and wall time on other systems.
 struct ThreadClock {
     wall: Instant,
     processor: Option<u64>,

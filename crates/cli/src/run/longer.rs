@@ -1,7 +1,7 @@
-//! Says whether a training may be made longer: two configs go in, and a refusal with its reason comes out.
+//! Checks whether a training may be made longer: two configs go in, and possibly a refusal with its reason comes out.
 //!
-//! A longer training gives the bytes of one that had its length from the beginning. This holds only if the schedule gives
-//! all former updates the same learning rate.
+//! A longer training must give the same bytes as a training that had this length from the beginning. This is only so if the
+//! schedule gives all previous updates the same learning rate.
 
 use super::training_job::train_settings;
 use crate::config::{Config, Difference, Keep, listed};
@@ -9,15 +9,15 @@ use crate::usage::UsageError;
 use anyhow::{Result, ensure};
 use partprobe_net::ScheduleConfig;
 
-/// Whether a key says how long a training is, or how its learning rate changes.
+/// Whether a key sets the length of a training or the schedule of its learning rate.
 pub(super) fn is_of_length(key: &str) -> bool {
     key == "train.steps" || key.starts_with("optim.schedule.")
 }
 
-/// Refuses a new length or schedule that would have changed an update of the former one.
+/// Refuses a new length or schedule that would have changed a previous update.
 ///
 /// # Errors
-/// If it would; the message names the keys, the update, and what to do.
+/// If this is so. The message names the keys and the update, and gives advice.
 pub(super) fn ensure_longer(
     stored: &Config,
     config: &Config,

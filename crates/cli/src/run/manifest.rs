@@ -10,13 +10,13 @@ use partprobe_eval::{Manifest, ManifestLine, ShapeKey, SideName, Split, SplitCan
 use std::collections::BTreeSet;
 use std::fs;
 
-/// The file of a run folder that others can split by.
+/// The file of a run folder with which others can split their data.
 pub(super) const MANIFEST_FILE: &str = "manifest.jsonl";
 
-/// Test shapes that a data set lacks are named up to this number.
+/// The largest number of missing test shapes that are named.
 const MAX_NAMED: usize = 5;
 
-/// The manifest that the config names; `None` if it names none.
+/// The manifest that the config names. Returns `None` if it names none.
 ///
 /// # Errors
 /// If it cannot be read, or is damaged.
@@ -31,7 +31,7 @@ pub(super) fn read_manifest(config: &SplitConfig) -> Result<Option<Manifest>> {
     Ok(Some(manifest))
 }
 
-/// Warns of test shapes that have a nearly equal training shape: a manifest decides the sides, so nothing was removed.
+/// Warns about test shapes that have a nearly equal training shape. With a manifest, such training shapes are not removed.
 pub(super) fn note_near(split: &Split, near_difference: f64, execution: &Execution) {
     let mut near = split
         .nearest_training
@@ -48,7 +48,8 @@ pub(super) fn note_near(split: &Split, near_difference: f64, execution: &Executi
     ));
 }
 
-/// Says which shapes of the manifest the data set lacks: scores on fewer test shapes are not those of others.
+/// Reports which shapes of the manifest are missing in the data set. Scores on fewer test shapes are not comparable with those of
+/// others.
 pub(super) fn note_absent(
     manifest: &Manifest,
     shapes: &[(ShapeKey, SplitCandidate)],

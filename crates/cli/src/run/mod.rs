@@ -1,7 +1,7 @@
 //! Makes a run folder: from labeled shapes to trained backbones and their scores.
 //!
-//! The commands `run`, `train`, `eval`, `embed` and `replay` call this. The arithmetic is that of the libraries: here files
-//! are named, threads are counted and progress is shown.
+//! The commands `run`, `train`, `eval`, `embed` and `replay` call this. The computations are in the libraries. This module names
+//! files, sets threads and shows progress.
 
 mod bounds;
 mod choice;

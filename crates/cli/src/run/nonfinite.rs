@@ -1,4 +1,4 @@
-//! Keeps an update whose numbers stopped being finite as it was, so that `partprobe replay` can make it again.
+//! Stores an update with numbers that are not finite, so that `partprobe replay` can repeat it.
 
 use super::folder::RunFolder;
 use anyhow::{Context, Result};
@@ -10,10 +10,10 @@ use std::borrow::Cow;
 use std::fs;
 use std::path::Path;
 
-/// The name under which the labels stand in the files of the shapes.
+/// The name of the labels in the files of the shapes.
 const LABELS: &str = "supervision";
 
-/// `batch.json` of a dump: the shapes of the update, in their order; shape k stands in `<k>.npz`.
+/// `batch.json` of a dump: the shapes of the update, in their order. Shape k is in `<k>.npz`.
 #[derive(Deserialize, Serialize)]
 pub(crate) struct DumpedUpdate {
     format_version: u32,
@@ -23,7 +23,7 @@ pub(crate) struct DumpedUpdate {
     shapes: Vec<String>,
 }
 
-/// Writes the training as it was before the update, and the update's shapes with their points and labels.
+/// Writes the state of the training before the update, and the update's shapes with their points and labels.
 ///
 /// # Errors
 /// If a file cannot be written.
@@ -53,7 +53,7 @@ impl DumpedUpdate {
     /// The file of a dump that names its shapes.
     pub(crate) const FILE: &str = "batch.json";
 
-    /// Reads what a dump says of its update.
+    /// Reads the description of the update in a dump.
     ///
     /// # Errors
     /// If the file cannot be read.
@@ -62,7 +62,7 @@ impl DumpedUpdate {
         serde_json::from_slice(&read(&path)?).with_context(|| path.display().to_string())
     }
 
-    /// The training as it was before the update.
+    /// The state of the training before the update.
     ///
     /// # Errors
     /// If the file cannot be read.

@@ -1,4 +1,4 @@
-//! Acts between two updates of a run: log, validation, checkpoint, and whether the training ends here.
+//! Acts between two updates of a run: it writes the log, validates, writes checkpoints, and decides whether the training ends.
 //!
 //! The loop itself is `partprobe_net::fit`. The numbers of a training do not depend on anything in this file, except that
 //! patience, Ctrl-C or a deadline can end it after a step.
@@ -21,19 +21,19 @@ use std::time::Instant;
 pub(super) struct RunObserver<'a> {
     job: &'a TrainingJob<'a>,
     valid: &'a [&'a Shape],
-    /// Steps between two validations; 0 validates at the end only.
+    /// The number of steps between two validations. With 0, there is only a validation at the end.
     valid_every: usize,
     clocks: &'a LoadingClocks,
-    /// When the update that is being made was started.
+    /// The time at which the current update was started.
     begun: Instant,
-    /// When to stop with a checkpoint.
+    /// The time at which to stop with a checkpoint.
     deadline: Option<Instant>,
     pub(super) history: History,
     pub(super) log: TrainingLog<'a>,
 }
 
 impl<'a> RunObserver<'a> {
-    /// Opens the log, and the history of validations up to the step at which the training is.
+    /// Opens the log, and the history of validations up to the current step of the training.
     ///
     /// # Errors
     /// If a file of the run folder cannot be read or made.
@@ -64,7 +64,7 @@ impl<'a> RunObserver<'a> {
         })
     }
 
-    /// Whether too many validations brought no new best.
+    /// Whether too many validations were not better than the best one.
     pub(super) fn is_out_of_patience(&self) -> bool {
         self.history
             .is_out_of_patience(self.job.config.train.patience)
@@ -139,7 +139,7 @@ impl<'a> RunObserver<'a> {
         Ok(scored.scores())
     }
 
-    /// Whether the user or the deadline asks for a stop.
+    /// Whether the user or the deadline requires a stop.
     fn is_stopped(&self) -> bool {
         self.job.execution.interrupt.is_set()
             || self.deadline.is_some_and(|at| Instant::now() >= at)
@@ -166,7 +166,7 @@ impl Observer for RunObserver<'_> {
                 .write(&self.job.path("last"), &training.checkpoint()?)?;
         }
         if is_stopped && !is_last {
-            // The time that the user has given is over; a script tells this from a failure by the exit code.
+            // The time limit of the user is reached. A script distinguishes this from a failure by the exit code.
             self.job.execution.interrupt.ask();
             bail!(
                 "stopped at step {done} of {n_steps}; the checkpoint is written, continue with --resume"

@@ -1,4 +1,4 @@
-//! Writes the results of a run: score lines, tables, the report, and the expectations that decide the exit code.
+//! Writes the results of a run: score lines, tables, the report, and the expectations that determine the exit code.
 
 use super::bounds::bound_names;
 use super::endpoints::EndpointTables;
@@ -20,10 +20,10 @@ use partprobe_eval::{
 };
 use std::process::ExitCode;
 
-/// More endpoints than this would each need a correction of their own.
+/// The largest number of primary endpoints. With more of them, a correction for their number would be needed.
 const MAX_PRIMARY: usize = 2;
 
-/// Refuses expectations and endpoints that no run can meet or miss, before any work is done.
+/// Refuses invalid expectations and endpoints before any work is done.
 ///
 /// # Errors
 /// If a key, a bound or an endpoint cannot be read, or names what the config does not compare.
@@ -96,7 +96,7 @@ impl Run<'_> {
         })
     }
 
-    /// Prints the tables and those of the endpoints, and says which expectations hold; the exit code is 3 if one does not.
+    /// Prints the tables and those of the endpoints, and reports which expectations are met. The exit code is 3 if one is missed.
     ///
     /// # Errors
     /// If an endpoint could not be scored, after everything was printed.
@@ -105,7 +105,7 @@ impl Run<'_> {
         results: &Results,
         endpoints: EndpointTables,
     ) -> Result<ExitCode> {
-        // What was selected, and how labels collide in tokens, was said on stderr before the training.
+        // The choice of the shapes, and the collisions of labels in tokens, were printed on stderr before the training.
         print_result_tables(&results.tables)?;
         endpoints.scored.iter().try_for_each(print_result_tables)?;
         if let Some(text) = &results.beside_paper {
@@ -120,14 +120,15 @@ impl Run<'_> {
     }
 }
 
-/// What was written, as it is printed.
+/// The written results, for printing.
 pub(crate) struct Results {
     tables: String,
     beside_paper: Option<String>,
     outcomes: Vec<ExpectationOutcome>,
 }
 
-/// The paper's probe tables with those of this run, if its first two sources are STEP-Parts and another one, and both are referees.
+/// The paper's probe tables with those of this run, if its first two sources are STEP-Parts and another one, and both are
+/// references.
 fn beside_paper(tables: &Tables, config: &Config) -> Option<String> {
     let [first, second, ..] = config.compare.supervision.as_slice() else {
         return None;
@@ -138,7 +139,7 @@ fn beside_paper(tables: &Tables, config: &Config) -> Option<String> {
     tables.beside_paper([first, second])
 }
 
-/// What the trainings of the folder say of themselves.
+/// The figures of the trainings in the folder.
 pub(super) fn training_figures(folder: &RunFolder, config: &Config) -> Result<TrainingFigures> {
     let mut figures = TrainingFigures::default();
     for supervision in &config.compare.supervision {
@@ -165,7 +166,7 @@ fn write_scores(folder: &RunFolder, rows: &[ScoreRow]) -> Result<()> {
     folder.write("scores.jsonl", lines.as_bytes())
 }
 
-/// The first supervision is compared with each of the others; the first two are the main pair.
+/// The settings of the tables. The first supervision is compared with each of the others, and the first two are the main pair.
 ///
 /// # Errors
 /// If a primary endpoint cannot be read.
@@ -221,7 +222,7 @@ fn primary_endpoints(config: &Config) -> Result<Vec<Endpoint>> {
     config.compare.primary.iter().map(endpoint).collect()
 }
 
-/// Says which expectations hold; the exit code is 3 if one does not.
+/// Reports which expectations are met. The exit code is 3 if one is missed.
 fn print_expectations(outcomes: &[ExpectationOutcome]) -> Result<ExitCode> {
     for outcome in outcomes {
         print_result(outcome)?;

@@ -1,4 +1,4 @@
-//! Says what shapes are scored by, and where the predictions are written.
+//! Defines the references with which shapes are scored, and the place where predictions are written.
 
 use super::evaluation::{write_embeddings, write_npz};
 use super::folder::RunFolder;
@@ -12,13 +12,13 @@ use partprobe_net::Tokens;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
-/// What is the same for all rows of one set of tables.
+/// The data that are the same for all rows of one set of tables.
 pub(super) struct ScoringPlace<'a> {
     pub(super) config: &'a Config,
-    /// The label sources that are scored against, each of which has labeled all shapes.
+    /// The references, each of which has labeled all shapes.
     pub(super) references: Vec<String>,
     pub(super) boundaries: &'a Boundaries,
-    /// The folder that predictions are written to, or `None` if scores are all that is kept.
+    /// The folder to which predictions are written, or `None` if only scores are kept.
     pub(super) folder: Option<&'a RunFolder>,
 }
 
@@ -83,7 +83,7 @@ impl Boundaries {
         Ok(Self(all?))
     }
 
-    /// Those of one shape and reference.
+    /// The points of one shape and reference.
     pub(super) fn of(&self, shape: &str, reference: &str) -> Option<&[bool]> {
         self.0
             .get(&(shape.to_owned(), reference.to_owned()))

@@ -1,4 +1,4 @@
-//! Loads the shapes of a labeled data set that take part, each with its points and its labels by every source.
+//! Loads the used shapes of a labeled data set, each with its points and its labels by every source.
 
 use crate::config::Config;
 use crate::label_sources::sources_named;
@@ -14,22 +14,22 @@ use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
-/// A shape with its points and, for each label source, a label for each point.
+/// A shape with its points and, for each label source, one label per point.
 #[derive(Clone, Debug)]
 pub(crate) struct Shape {
     pub(crate) id: String,
     /// Its points. There are none if they are drawn again each time that they are needed.
     pub(crate) sample: PointSample,
-    /// The file of its carrier; its hash is known.
+    /// The file of its carrier. Its hash is known.
     pub(crate) carrier: CarrierRef,
-    /// What tells it from other shapes.
+    /// The identity, which distinguishes it from other shapes.
     pub(crate) identity: ShapeIdentity,
-    /// The group of related shapes; the split fills it in.
+    /// The group of related shapes. The split sets it.
     pub(crate) group: String,
-    /// What the split must know of it.
+    /// The data that the split needs.
     pub(crate) candidate: SplitCandidate,
     labels: BTreeMap<String, Vec<i32>>,
-    /// What the labels of each source are like; `None` if the loader did not measure them.
+    /// The measures of the labels of each source. It is empty if the loader did not measure them.
     card_rows: Vec<CardRow>,
 }
 
@@ -42,7 +42,7 @@ impl Shape {
         }
     }
 
-    /// What the labels of each source are like.
+    /// The measures of the labels of each source.
     pub(super) fn card_rows(&self) -> impl Iterator<Item = &CardRow> {
         self.card_rows.iter()
     }
@@ -61,37 +61,36 @@ impl Shape {
     }
 }
 
-/// What tells a shape from others, without its name.
+/// The identity of a shape, without its name.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
 pub(crate) struct ShapeIdentity {
-    /// The hash of what its carrier holds: mesh, faces, labels and settings.
+    /// The hash of the content of its carrier: mesh, faces, labels and settings.
     pub(crate) content_hash: String,
-    /// The hash of its mesh alone.
+    /// The hash of only its mesh.
     pub(crate) mesh_hash: String,
-    /// SHA-256 of the STEP text that it was read from.
+    /// SHA-256 of the STEP text from which it was read.
     pub(crate) source_sha256: String,
-    /// The `#` number of the solid that it is, if solids are the unit.
+    /// The `#` number of its solid, if solids are the unit.
     pub(crate) solid_step_id: Option<u64>,
     /// The hash of the labels that were imported for it, by source.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub(crate) imported: BTreeMap<String, String>,
 }
 
-/// How many shapes are left, and why the others went.
+/// The number of used shapes, and the reasons why the others were left out.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 pub(crate) struct Selection {
-    /// Labeled shapes of the data set.
-    /// The key keeps the spelling that split.json has had from the beginning.
+    /// Labeled shapes of the data set. The key has the spelling that was always used in split.json.
     #[serde(rename = "labelled")]
     pub(crate) labeled: usize,
-    /// Ids of the shapes that went, by reason.
+    /// Ids of the shapes that were left out, by reason.
     pub(crate) left_out: BTreeMap<String, Vec<String>>,
-    /// Shapes that take part.
+    /// The number of used shapes.
     pub(crate) taking_part: usize,
 }
 
 impl ShapeIdentity {
-    /// What a manifest recognizes the shape by.
+    /// The key by which a manifest recognizes the shape.
     pub(crate) fn key(&self) -> ShapeKey {
         ShapeKey {
             source_sha256: self.source_sha256.clone(),
@@ -101,7 +100,7 @@ impl ShapeIdentity {
 }
 
 impl Selection {
-    /// All shapes of a data set with so many.
+    /// The counts of a data set with this number of labeled shapes, of which none is left out.
     pub(crate) fn of(n_labeled: usize) -> Self {
         Self {
             labeled: n_labeled,
@@ -110,7 +109,7 @@ impl Selection {
         }
     }
 
-    /// Notes that a shape does not take part.
+    /// Records that a shape is left out.
     pub(crate) fn leave_out(&mut self, reason: &str, id: &str) {
         self.left_out
             .entry(reason.to_owned())
@@ -134,23 +133,23 @@ impl fmt::Display for Selection {
     }
 }
 
-/// Where the points of a shape are between two uses.
+/// The storage of the points of a shape between two uses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Points {
     /// In memory.
     Kept,
-    /// Nowhere: the carrier gives them again.
+    /// Not stored: they are drawn again from the carrier.
     Redrawn,
 }
 
-/// Why a shape does not take part.
+/// The reason why a shape is left out.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum ShapeRefusal {
-    /// Its carrier is not what was labeled, or is damaged.
+    /// Its carrier is damaged, or not the one that was labeled.
     Unreadable(String),
-    /// It was read, and the config leaves it out; the reason is in words that many shapes may share.
+    /// It was read, and the config leaves it out. The reason is a text that may be the same for many shapes.
     Unwanted(String),
-    /// A label source cannot label it, or gives it one label only.
+    /// A label source cannot label it, or gives it only one label.
     BySource {
         /// The source.
         source: String,
@@ -211,7 +210,7 @@ impl<'a> ShapeLoader<'a> {
         }
     }
 
-    /// The same loader, which labels by those sources alone that are among these.
+    /// The same loader, restricted to sources with these names.
     pub(crate) fn with_sources(mut self, names: &[String]) -> Self {
         self.sources
             .retain(|source| names.iter().any(|name| name == source.name()));
@@ -221,11 +220,11 @@ impl<'a> ShapeLoader<'a> {
     /// Samples a shape and labels its points, unless it has too few or too many parts.
     ///
     /// # Errors
-    /// If the shape cannot be read, sampled or labeled, or the config leaves it out: it then does not take part.
+    /// If the shape cannot be read, sampled or labeled, or the config leaves it out. Then the shape is not used.
     pub(crate) fn load(&self, entry: &IndexEntry) -> Result<Shape, ShapeRefusal> {
         let (carrier, file) = self.read(entry)?;
         let (n_parts, select) = (carrier.n_parts(), &self.config.select);
-        // A mesh or a cloud that came without labels has no parts to count; other sources label it.
+        // A mesh or a cloud without given labels has no parts to count. Other sources label it.
         let is_counted = carrier.kind() == ShapeKind::Brep || n_parts > 0;
         if is_counted && n_parts < select.min_parts {
             return Err(ShapeRefusal::Unwanted(format!(
@@ -242,7 +241,7 @@ impl<'a> ShapeLoader<'a> {
         self.shape(entry, &carrier, file)
     }
 
-    /// The carrier of a shape, and its file with the hash of what it holds.
+    /// The carrier of a shape, and its file with the hash of its content.
     fn read(&self, entry: &IndexEntry) -> Result<(Carrier, CarrierRef), ShapeRefusal> {
         let unreadable = |error: anyhow::Error| ShapeRefusal::Unreadable(format!("{error:#}"));
         let file = self
@@ -319,7 +318,7 @@ impl<'a> ShapeLoader<'a> {
     }
 }
 
-/// What a file's name begins with before the separator; the file itself where the name does not hold it.
+/// The part of a file's name before the separator, or the whole name if it has no separator.
 fn collection<'a>(source: &'a str, separator: &str) -> &'a str {
     let name = source.rsplit('/').next().unwrap_or(source);
     match name.split_once(separator) {
@@ -342,7 +341,7 @@ fn surface_labels(
     })
 }
 
-/// The points' labels by one source; a supervision with a single label teaches nothing and scores nothing.
+/// The points' labels by one source. A supervision with a single label is refused, because nothing can be learned from it.
 fn point_labels(
     name: &str,
     labels: &SourceLabels,
@@ -361,7 +360,7 @@ fn point_labels(
     }
 }
 
-/// How many labels there are; negative ones are none.
+/// The number of labels. Negative ones do not count.
 fn n_labels(labels: &[i32]) -> usize {
     let seen: BTreeSet<i32> = labels.iter().copied().filter(|&label| label >= 0).collect();
     seen.len()

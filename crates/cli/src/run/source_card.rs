@@ -1,6 +1,7 @@
-//! Says before any training what the labels of a run's sources are like, and how far each two of them are apart.
+//! Reports, before any training, measures of the labels of a run's sources, and the agreement of each two sources.
 //!
-//! Many questions end here: a source with twice the labels of the reference loses by its number of labels alone.
+//! The card often explains a result: a source with twice as many labels as the reference loses only because of its number of
+//! labels.
 
 use super::folder::RunFolder;
 use super::shapes::Shape;
@@ -14,7 +15,7 @@ use rayon::prelude::*;
 /// The files' names in the run folder.
 const TEXT: &str = "source_card.md";
 const JSON: &str = "source_card.json";
-/// The shapes on which two sources differ most are named up to this number.
+/// The number of named shapes on which two sources differ most.
 const N_MOST: usize = 5;
 
 /// Whether a run folder has its card.
@@ -23,7 +24,7 @@ pub(super) fn has_card(folder: &RunFolder) -> bool {
 }
 
 impl Run<'_> {
-    /// Measures the sources on all shapes that take part, prints the card, and writes it; once per run.
+    /// Measures the sources on all used shapes, prints the card, and writes it. This is done once per run.
     ///
     /// # Errors
     /// If a file cannot be written.
@@ -31,7 +32,7 @@ impl Run<'_> {
         if has_card(self.folder) {
             return Ok(());
         }
-        // A duplicate of another shape is on no side, and a run that is repeated does not load it.
+        // A duplicate of another shape is on no side, and a repeated run does not load it.
         let split = self.data.split();
         let takes_part = |shape: &&Shape| split.group_of(&shape.id).is_some();
         let shapes: Vec<&Shape> = self.data.shapes.values().filter(takes_part).collect();

@@ -1,7 +1,8 @@
-//! Reads and writes `split.json`: which shapes train, choose and test, by which settings, and what each of them was.
+//! Reads and writes `split.json`: the shapes for training, validation and test, the settings of the split, and the identity of
+//! each shape.
 //!
-//! Once it stands in a run folder it is an input: it is read and compared with the config and the carriers, and never
-//! written again. So a shape that was trained on cannot become a test shape.
+//! Once it exists in a run folder, it is an input: it is read and compared with the config and the carriers, and never written
+//! again. So a training shape cannot become a test shape.
 
 use super::folder::RunFolder;
 use super::shapes::{Selection, Shape, ShapeIdentity, ShapeLoader, ShapeRefusal};
@@ -21,11 +22,11 @@ use std::collections::BTreeMap;
 
 /// The file's name in the run folder.
 const FILE: &str = "split.json";
-/// Version 1 said neither by which settings nor from which carriers a split was made. Version 2 grouped shapes that are related, and
-/// did not remove those that are nearly equal.
+/// Version 1 did not contain the settings and the carriers of a split. Version 2 grouped related shapes, and did not remove
+/// nearly equal ones.
 const FORMAT_VERSION: u32 = 3;
 
-/// What to do about a damaged file: it cannot be made again, since other shapes could then become test shapes.
+/// The advice for a damaged file. It cannot be made again, because other shapes could then become test shapes.
 const DAMAGE_ADVICE: &str = "put back a copy of the file, or make a new run folder";
 
 /// The content of the file.
@@ -40,9 +41,9 @@ pub(crate) struct SplitFile {
     settings: SplitSettings,
     /// The label sources by which every shape has at least two labels.
     sources: Vec<String>,
-    /// What each shape on a side was when the split was made.
+    /// The identity of each shape on a side at the time of the split.
     shapes: BTreeMap<String, ShapeIdentity>,
-    /// How many test shapes cannot be scored, because a source that came later has no labels for them.
+    /// The number of test shapes that cannot be scored, because a source that was added later has no labels for them.
     #[serde(skip)]
     n_unscored: usize,
 }
@@ -80,7 +81,7 @@ struct Version {
 }
 
 impl SplitFile {
-    /// A split that was made just now, with the shapes on its sides.
+    /// A new split with the shapes on its sides.
     pub(crate) fn new(
         config: &Config,
         split: Split,
@@ -103,10 +104,10 @@ impl SplitFile {
         }
     }
 
-    /// The split of a run folder; `None` if it has none yet.
+    /// The split of a run folder. Returns `None` if it has none yet.
     ///
     /// # Errors
-    /// If another version wrote it, it is damaged, or the config says other settings than those that it was made with.
+    /// If another version wrote it, it is damaged, or the config has other settings than those of the split.
     pub(crate) fn read(folder: &RunFolder, config: &Config) -> Result<Option<Self>> {
         let path = folder.path(FILE);
         if !path.exists() {
@@ -139,7 +140,7 @@ impl SplitFile {
     /// Writes a new split.
     ///
     /// # Errors
-    /// If the folder has one already, or has trained without one, or the file cannot be written.
+    /// If the folder already has one, has trainings without one, or the file cannot be written.
     pub(crate) fn write(&self, folder: &RunFolder) -> Result<()> {
         for (made, what) in [
             (FILE, "a split"),
@@ -154,7 +155,8 @@ impl SplitFile {
         folder.write_json(FILE, self)
     }
 
-    /// Refuses to train on a source that the split does not know: shapes with one label by it may be among them.
+    /// Refuses to train on a source that the split does not know, because the source may give some training shapes only one
+    /// label.
     ///
     /// # Errors
     /// If it does not know the source.
@@ -175,7 +177,7 @@ impl SplitFile {
         &self.sources
     }
 
-    /// Leaves test shapes out that [`SplitFile::load`] has left out; the file itself stays as it is.
+    /// Leaves out test shapes that [`SplitFile::load`] has left out. The file itself is not changed.
     pub(crate) fn leave_out_of_test(&mut self, left_out: &[LeftOut]) -> Result<()> {
         for LeftOut { id, reason } in left_out {
             self.selection.leave_out(reason, id);
@@ -190,12 +192,12 @@ impl SplitFile {
         Ok(())
     }
 
-    /// The number of held-out shapes, with those that cannot be scored.
+    /// The number of held-out shapes, including those that cannot be scored.
     pub(crate) fn n_test_shapes(&self) -> usize {
         self.split.test.len() + self.n_unscored
     }
 
-    /// Twelve digits of the hash of all shapes on a side, with what their carriers held.
+    /// Twelve digits of the hash of all shapes on a side, including the content of their carriers.
     pub(crate) fn data_hash(&self) -> String {
         let mut digest = Sha256::new();
         for (id, identity) in &self.shapes {
@@ -206,18 +208,18 @@ impl SplitFile {
         text
     }
 
-    /// What a shape was when the split was made.
+    /// The identity of a shape at the time of the split.
     pub(crate) fn identity(&self, id: &str) -> Result<&ShapeIdentity> {
         self.shapes
             .get(id)
             .with_context(|| format!("split.json does not say what {id} was"))
     }
 
-    /// Loads shapes of the split, and leaves out, with a reason, those that a source which the split does not know
-    /// gives a single label.
+    /// Loads shapes of the split. If a source that the split does not know gives a shape a single label, the shape is left out
+    /// with a reason.
     ///
     /// # Errors
-    /// If a shape is missing, or its carrier is not the one that the split was made with.
+    /// If a shape is missing, or its carrier is not the one of the split.
     pub(crate) fn load<'a>(
         &self,
         loader: &ShapeLoader<'_>,

@@ -1,4 +1,4 @@
-//! Runs the stages after labeling, in their order: the data is prepared, backbones are trained, and all are scored.
+//! Runs the stages after labeling, in their order: the data are prepared, backbones are trained, and all are scored.
 
 use super::bounds::bounds;
 use super::collisions::Collisions;
@@ -66,12 +66,12 @@ impl<'a> Run<'a> {
         })
     }
 
-    /// Says, and writes, how many points lie in a voxel of another label; once per run.
+    /// Prints and writes the fraction of points in a voxel of another label. This is done once per run.
     ///
     /// # Errors
-    /// If a shape cannot be cut into tokens, or the file cannot be written.
+    /// If a shape cannot be divided into tokens, or the file cannot be written.
     pub(crate) fn note_collisions(&self) -> Result<()> {
-        // What is there stays: a number that is read and written again may change its last digit.
+        // An existing file is not written again, because a number that is read and written may change its last digit.
         let found = match Collisions::read(self.folder)? {
             Some(found) => found,
             None => {
@@ -87,7 +87,7 @@ impl<'a> Run<'a> {
     /// Trains one backbone on one supervision, from its last checkpoint if there is one.
     ///
     /// # Errors
-    /// If the training fails or is stopped; the last checkpoint stays.
+    /// If the training fails or is stopped. The last checkpoint is kept.
     pub(crate) fn train(
         &mut self,
         supervision: &str,
@@ -126,11 +126,12 @@ impl<'a> Run<'a> {
     /// Scores the untrained network, plain geometry and every trained backbone on the held-out shapes.
     ///
     /// # Errors
-    /// If a backbone has seen a held-out shape, or is not of this run; what a former evaluation wrote then stays.
+    /// If a backbone has seen a held-out shape, or does not belong to this run. Then the results of a previous evaluation are
+    /// kept.
     pub(crate) fn evaluate(&self) -> Result<Vec<ScoreRow>> {
         let test = self.data.test()?;
         let held_out = self.held_out(&test);
-        // Before anything is written, all of them are looked at.
+        // All backbones are checked before anything is written.
         let trained = self.trained_models(&held_out)?;
 
         self.folder.forget_evaluation()?;
@@ -146,7 +147,7 @@ impl<'a> Run<'a> {
         self.scored(&place, &held_out, &trained, &test)
     }
 
-    /// What is held against a backbone that is scored on these shapes.
+    /// The data with which a backbone is compared before it is scored on these shapes.
     pub(super) fn held_out<'b>(&'b self, test: &'b [&'b Shape]) -> HeldOut<'b> {
         HeldOut {
             folder: self.folder,
@@ -157,7 +158,7 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// The rows of all backbones, of the untrained ones, and of what needs no network.
+    /// The rows of all backbones, of the untrained ones, and the rows without a network.
     pub(super) fn scored(
         &self,
         place: &ScoringPlace<'_>,

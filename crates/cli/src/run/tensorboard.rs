@@ -1,4 +1,4 @@
-//! Writes the curves of a training as TensorBoard draws them: an event file for each start of the program.
+//! Writes the curves of a training for TensorBoard: one event file per start of the program.
 
 use super::folder::RunFolder;
 use anyhow::{Context, Result};
@@ -8,14 +8,14 @@ use std::io::Write;
 use std::path::PathBuf;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-/// An event file that grows by a record at a time, so that TensorBoard sees each step at once.
+/// An event file that is written record by record, so that TensorBoard immediately shows each step.
 pub(super) struct EventFile {
     path: PathBuf,
     file: File,
 }
 
 impl EventFile {
-    /// Makes a new file in a folder of the run; what former ones say of steps from `first_step` on no longer counts.
+    /// Makes a new file in a folder of the run. Values in earlier files for steps from `first_step` on no longer count.
     ///
     /// # Errors
     /// If the file cannot be made.

@@ -1,5 +1,4 @@
-//! Trains one supervision with one seed: prepares a training or resumes it, runs `partprobe_net::fit`, and writes the
-//! weights that are kept.
+//! Trains one supervision with one seed: prepares or resumes a training, runs `partprobe_net::fit`, and writes the weights.
 
 use super::held_out::ensure_unseen;
 use super::initial_weights::{LoadedWeights, initial_weights};
@@ -20,11 +19,10 @@ use partprobe_net::{
 };
 
 impl TrainingJob<'_> {
-    /// Trains to the last step, from the last checkpoint if there is one, and writes the weights that are kept.
+    /// Trains to the last step, from the last checkpoint if there is one, and writes the weights.
     ///
     /// # Errors
-    /// If the loss stops being a number, the user interrupts (the checkpoint is then written), or a file cannot be
-    /// written.
+    /// If the loss becomes NaN, the user interrupts (then the checkpoint is written), or a file cannot be written.
     pub(crate) fn train(&self, train: &TrainingShapes, valid: &[&Shape]) -> Result<()> {
         let initial = self.initial_weights()?;
         let mut training = self.start(train.n(), initial.as_ref())?;
@@ -47,7 +45,7 @@ impl TrainingJob<'_> {
         self.write_weights(&training, &observer.history, initial)
     }
 
-    /// The weights that `train.init` names, which must not have seen a shape that this run is scored on.
+    /// The weights that `train.init` names. They must not have seen a test shape of this run.
     fn initial_weights(&self) -> Result<Option<LoadedWeights>> {
         let names = (self.supervision, self.seed);
         let loaded = initial_weights(self.config, names, self.execution.backend)?;
@@ -62,7 +60,7 @@ impl TrainingJob<'_> {
         Ok(loaded)
     }
 
-    /// The loop itself, with a fault where one is asked for. A resumed training may have ended early already.
+    /// The loop itself, with a fault if one is requested. A resumed training may already have ended early.
     fn fit(
         &self,
         training: &mut Training,
@@ -99,7 +97,7 @@ impl TrainingJob<'_> {
         train_settings(self.config, n_shapes, self.seed)
     }
 
-    /// What a checkpoint says of the data that it is trained on.
+    /// The note in a checkpoint about its training data.
     fn data_note(&self, initial: Option<&LoadedWeights>) -> String {
         let start = initial.map(|loaded| format!(" from {}", loaded.initial.sha256));
         let fault = self
@@ -128,7 +126,7 @@ impl TrainingJob<'_> {
         Ok(training.with_threads(self.execution.threads)?)
     }
 
-    /// The training of a checkpoint, if it is one of this training.
+    /// The training of a checkpoint, if the checkpoint belongs to this training.
     fn resumed(&self, file: &str, settings: &TrainSettings, note: &str) -> Result<Training> {
         let relative = self.path(file);
         let path = self.folder.path(&relative);
@@ -153,7 +151,7 @@ impl TrainingJob<'_> {
             .with_context(|| format!("resuming from {}", path.display()))
     }
 
-    /// Keeps an update whose numbers are not finite, so that it can be made again.
+    /// Stores an update whose numbers are not finite, so that it can be repeated.
     fn explain(
         &self,
         error: anyhow::Error,
@@ -183,7 +181,7 @@ impl TrainingJob<'_> {
         }
     }
 
-    /// Writes the weights of the checkpoint that is evaluated, and what the training says of itself.
+    /// Writes the weights of the evaluated checkpoint, and the record of the training.
     fn write_weights(
         &self,
         training: &Training,
@@ -221,7 +219,7 @@ impl TrainingJob<'_> {
             untouched_tensors: training.untouched_tensors(),
             weights_sha256: Some(sha256_hex(&weights)),
         };
-        // The weights come last: where they are, the training is finished.
+        // The weights are written last. If they exist, the training is finished.
         self.folder
             .write_json(&self.path("training.json"), &record)?;
         self.folder

@@ -1,4 +1,4 @@
-//! Defines the arguments that say how a training is executed.
+//! Defines the arguments for the execution of a training.
 
 use super::shapes::Points;
 use partprobe_net::Fault;
@@ -28,7 +28,7 @@ pub(crate) struct TrainingArgs {
 }
 
 impl TrainingArgs {
-    /// Where the points of training shapes are.
+    /// The storage of the points of training shapes.
     pub(crate) fn points(&self) -> Points {
         if self.resample {
             Points::Redrawn
@@ -37,14 +37,14 @@ impl TrainingArgs {
         }
     }
 
-    /// The overrides of the config that these arguments mean, after those of the user.
+    /// The overrides of the user, and then the overrides from these arguments.
     pub(crate) fn overrides(&self, set: &[String]) -> Vec<String> {
         let init = self.init.iter();
         let init = init.map(|path| format!("train.init={}", toml::Value::from(path.as_str())));
         set.iter().cloned().chain(init).collect()
     }
 
-    /// When to stop with a checkpoint.
+    /// The time at which to stop with a checkpoint.
     pub(super) fn deadline(&self) -> Option<Instant> {
         self.stop_after
             .and_then(|time| Instant::now().checked_add(time))

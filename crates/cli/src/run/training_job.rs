@@ -1,5 +1,4 @@
-//! Describes one training of a run: what it is made from, what tells its data from that of others, and what it leaves
-//! behind.
+//! Describes one training of a run: its inputs, the identity of its data, and its results.
 
 use super::execution::Execution;
 use super::folder::RunFolder;
@@ -11,7 +10,7 @@ use anyhow::Result;
 use partprobe_net::{ShapeKeys, TrainConfig, TrainSettings};
 use serde::{Deserialize, Serialize};
 
-/// What a training needs apart from its shapes.
+/// The inputs of a training, except its shapes.
 pub(crate) struct TrainingJob<'a> {
     pub(crate) folder: &'a RunFolder,
     pub(crate) config: &'a Config,
@@ -22,18 +21,18 @@ pub(crate) struct TrainingJob<'a> {
     pub(crate) args: &'a TrainingArgs,
 }
 
-/// What tells the shapes of a training from those of others.
+/// The identity of the shapes of a training.
 #[derive(Clone, Debug)]
 pub(crate) struct TrainingData {
     pub(crate) train: ShapeKeys,
     pub(crate) valid: ShapeKeys,
-    /// The shapes that the run is scored on, with their ids.
+    /// The test shapes of the run, with their ids.
     pub(crate) test: Vec<(String, ShapeIdentity)>,
     /// A hash of the shapes' ids and carriers, in their order.
     pub(crate) digest: String,
 }
 
-/// How a config trains with a seed, where there are so many shapes.
+/// The training settings of a config for a seed and a number of shapes.
 pub(crate) fn train_settings(config: &Config, n_shapes: usize, seed: u64) -> TrainSettings {
     TrainSettings {
         loss: config.loss.clone(),
@@ -51,25 +50,25 @@ pub(crate) fn train_settings(config: &Config, n_shapes: usize, seed: u64) -> Tra
     }
 }
 
-/// `training.json`: what a finished training says of itself.
+/// `training.json`: the record of a finished training.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub(crate) struct TrainingRecord {
     pub(super) format_version: u32,
-    /// Updates that were made.
+    /// The number of updates that were made.
     pub(super) steps: usize,
     /// Whether patience ended it before its last step.
     pub(super) stopped_early: bool,
     /// The best validation.
     pub(super) best: Option<Validation>,
-    /// Tensors that no gradient has reached; a sound training has none.
+    /// Tensors that no gradient has reached. A correct training has none.
     pub(crate) untouched_tensors: Vec<String>,
-    /// SHA-256 of the weights that are evaluated, in hexadecimal; `None` if an earlier version trained them.
+    /// SHA-256 of the evaluated weights, in hexadecimal. It is `None` if an earlier version trained them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) weights_sha256: Option<String>,
 }
 
 impl TrainingRecord {
-    /// The record of a finished training; `None` if it is not finished.
+    /// The record of a finished training. Returns `None` if it is not finished.
     ///
     /// # Errors
     /// If the file cannot be read.
@@ -94,7 +93,7 @@ impl TrainingJob<'_> {
     }
 }
 
-/// The keys of shapes, as files of weights hold them.
+/// The keys of shapes, in the form of files of weights.
 pub(crate) fn keys_of<'a>(shapes: impl IntoIterator<Item = &'a ShapeIdentity>) -> ShapeKeys {
     ShapeKeys::of(
         shapes

@@ -1,4 +1,4 @@
-//! Writes what a training says while it runs: lines of `log.jsonl`, curves, and the progress line.
+//! Writes the output of a running training: lines of `log.jsonl`, curves, and the progress line.
 
 use super::folder::RunFolder;
 use super::tensorboard::EventFile;
@@ -26,7 +26,7 @@ struct StepLine<'a> {
     learning_rate: f64,
     grad_norm: f64,
     n_without_loss: usize,
-    /// Seconds of the update, its waiting included.
+    /// Seconds of the update, including its waiting.
     seconds: f64,
     /// Seconds that it waited for its shapes.
     wait_seconds: f64,
@@ -44,7 +44,7 @@ struct ValidLine<'a> {
     seconds: f64,
 }
 
-/// A line of `log.jsonl` for what a training took.
+/// A line of `log.jsonl` for the time of a training.
 #[derive(Serialize)]
 struct EndLine<'a> {
     event: &'static str,
@@ -58,7 +58,7 @@ struct EndLine<'a> {
     validation_seconds: f64,
 }
 
-/// The mean of each main metric behind its heading, in the order of the list.
+/// The mean of each main metric after its heading, in the order of the list.
 fn means_text(validation: &Validation) -> String {
     let main = METRICS.iter().filter(|metric| !metric.is_secondary());
     let each = main.filter_map(|metric| {
@@ -68,15 +68,15 @@ fn means_text(validation: &Validation) -> String {
     each.collect::<Vec<_>>().join(", ")
 }
 
-/// How long an update took.
+/// The time of an update.
 #[derive(Clone, Copy)]
 pub(super) struct StepTime {
     pub(super) total: Duration,
-    /// Of it, until its shapes were loaded.
+    /// The part of this time until its shapes were loaded.
     pub(super) waiting: Duration,
 }
 
-/// Keeps the record of one training, of one process.
+/// Writes the log of one training in one process.
 pub(super) struct TrainingLog<'a> {
     folder: &'a RunFolder,
     progress: &'a Progress,
@@ -229,7 +229,7 @@ impl<'a> TrainingLog<'a> {
         Ok(())
     }
 
-    /// Says what this process has taken for the training.
+    /// Records the time that this process has needed for the training.
     ///
     /// # Errors
     /// If the line cannot be written.
@@ -264,7 +264,7 @@ impl<'a> TrainingLog<'a> {
         self.n_shapes as f64 / self.updating.as_secs_f64().max(1e-9)
     }
 
-    /// The time that the remaining steps take at the present speed, validations included.
+    /// The time that the remaining steps take at the current speed, including validations.
     fn time_left(&self, step: usize) -> String {
         let n_left = (self.bar.length().unwrap_or(0) as usize).saturating_sub(step);
         let seconds = (self.updating + self.validating).as_secs_f64()
@@ -278,7 +278,7 @@ impl<'a> TrainingLog<'a> {
     }
 }
 
-/// A time that is estimated, with no more digits than an estimate has.
+/// An estimated time, rounded to the digits that are meaningful.
 fn rounded_time(seconds: f64) -> String {
     match seconds {
         ..1.0 => "less than a second".to_owned(),

@@ -1,6 +1,6 @@
-//! Gives a training its shapes: points kept in memory, or drawn again from the carrier each time that they are wanted.
+//! Gives a training its shapes: points are kept in memory, or drawn again from the carrier each time that they are needed.
 //!
-//! Both give the same points, which depend on the shape's id and the settings alone.
+//! Both give the same points, which depend only on the shape's id and the settings.
 
 use crate::config::SampleConfig;
 use crate::points::points_of;
@@ -10,13 +10,13 @@ use partprobe_dataset::CarrierRef;
 use partprobe_net::TrainShape;
 use std::borrow::Cow;
 
-/// The shapes that a training draws its batches from, in the order of the split.
+/// The shapes from which a training draws its batches, in the order of the split.
 pub(crate) struct TrainingShapes {
     shapes: Vec<TrainShape>,
     redraw: Option<Redraw>,
 }
 
-/// Where the points come from that are not kept.
+/// The origin of points that are not kept.
 pub(crate) struct Redraw {
     /// The carrier of each shape, with the hash that it had when it was labeled for this training.
     pub(crate) carriers: Vec<CarrierRef>,
@@ -24,12 +24,12 @@ pub(crate) struct Redraw {
 }
 
 impl TrainingShapes {
-    /// The shapes as they are, or, with `redraw`, without their points.
+    /// The shapes without changes or, with `redraw`, without their points.
     pub(crate) fn new(shapes: Vec<TrainShape>, redraw: Option<Redraw>) -> Self {
         Self { shapes, redraw }
     }
 
-    /// How many there are.
+    /// The number of shapes.
     pub(crate) fn n(&self) -> usize {
         self.shapes.len()
     }
@@ -48,7 +48,7 @@ impl TrainingShapes {
     /// A shape with its points.
     ///
     /// # Errors
-    /// If its carrier has gone or changed since it was labeled.
+    /// If its carrier is missing or has changed since it was labeled.
     pub(crate) fn get(&self, idx: usize) -> Result<Cow<'_, TrainShape>> {
         let shape = &self.shapes[idx];
         let Some(redraw) = &self.redraw else {
@@ -66,7 +66,7 @@ impl TrainingShapes {
 /// The points of the carrier in a file.
 ///
 /// # Errors
-/// If the file is gone, damaged or another than it was, or the carrier cannot be sampled.
+/// If the file is missing, damaged or changed, or the carrier cannot be sampled.
 pub(crate) fn draw(id: &str, carrier: &CarrierRef, config: &SampleConfig) -> Result<PointSample> {
     let (carrier, _) = carrier.read()?;
     points_of(id, &carrier, config).with_context(|| format!("sampling shape {id}"))

@@ -1,7 +1,7 @@
-//! Keeps the validations of a training: what they scored, which was the best, and whether the training continues.
+//! Stores the validations of a training: their scores, the best one, and whether the training continues.
 //!
-//! The history stands in a file and is cut back to the checkpoint when a training is resumed, so that a training that
-//! was killed stops at the same step as one that was not.
+//! The history is in a file and is truncated to the checkpoint when a training is resumed, so a training that was killed stops at
+//! the same step as one that was not.
 
 use super::folder::RunFolder;
 use anyhow::Result;
@@ -9,23 +9,23 @@ use partprobe_eval::{METRICS, Metric};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// Means are rounded to twelve decimals. A longer number may change its last digit when it is read from the history of a training that
-/// is resumed.
+/// Means are rounded to twelve decimals. A longer number may change its last digit when it is read from the history of a resumed
+/// training.
 const DECIMALS: f64 = 1e12;
 
 /// The scores of one validation, means over its shapes. Clusters are those of the first clusterer with oracle K.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub(super) struct Validation {
     pub(super) step: usize,
-    /// The mean of each metric by its name. A file of another version may hold other metrics.
+    /// The mean of each metric by its name. A file of another version may have other metrics.
     #[serde(flatten)]
     pub(super) scores: BTreeMap<String, f64>,
-    /// The mean of `train.valid_metric`, which decides which validation is the best.
+    /// The mean of `train.valid_metric`, which determines the best validation.
     pub(super) score: f64,
 }
 
 impl Validation {
-    /// The means over the shapes that have a value; `decides` names the metric that decides.
+    /// The means over the shapes that have a value. `decides` is the metric that determines the best validation.
     pub(super) fn mean(step: usize, shapes: &[BTreeMap<Metric, f64>], decides: Metric) -> Self {
         let mut scores = BTreeMap::new();
         for metric in METRICS {
@@ -63,7 +63,7 @@ impl History {
     /// Reads the history of the first `n_steps_done` steps.
     ///
     /// # Errors
-    /// If the file is there and cannot be read.
+    /// If the file exists and cannot be read.
     pub(super) fn read(folder: &RunFolder, path: &str, n_steps_done: usize) -> Result<Self> {
         if !folder.path(path).exists() {
             return Ok(Self::default());
@@ -76,27 +76,27 @@ impl History {
         Ok(history)
     }
 
-    /// Keeps the validations that are due every so many steps. With 0, none is due before the end.
+    /// Keeps the validations at multiples of `valid_every`. With 0, no validation is due before the end.
     pub(super) fn keep_due(&mut self, valid_every: usize) {
         self.validations
             .retain(|validation| valid_every > 0 && validation.step.is_multiple_of(valid_every));
     }
 
-    /// Adds a validation; whether it is the best so far.
+    /// Adds a validation. Returns whether it is the best so far.
     pub(super) fn add(&mut self, validation: Validation) -> bool {
         let step = validation.step;
         self.validations.push(validation);
         self.best().is_some_and(|best| best.step == step)
     }
 
-    /// The validation with the highest score, the first of a tie.
+    /// The validation with the highest score. In a tie, it is the first one.
     pub(super) fn best(&self) -> Option<&Validation> {
         self.validations
             .iter()
             .reduce(|best, next| if next.score > best.score { next } else { best })
     }
 
-    /// Whether the last `patience` validations brought no new best; never for a patience of 0.
+    /// Whether the last `patience` validations were not better than the best one. It is always false for a patience of 0.
     pub(super) fn is_out_of_patience(&self, patience: usize) -> bool {
         let best = self.best().map_or(0, |best| best.step);
         patience > 0

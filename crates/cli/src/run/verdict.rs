@@ -9,7 +9,7 @@ use anyhow::{Result, ensure};
 use partprobe_eval::{MIOU, ScoreRow, VerdictError, VerdictSettings};
 use std::collections::BTreeSet;
 
-/// What a verdict compares: mIoU by the first clusterer, with every reference of the config as a referee.
+/// The settings of a verdict: it compares mIoU by the first clusterer, against every reference of the config.
 pub(crate) fn verdict_settings(config: &Config, compared: [String; 2]) -> VerdictSettings {
     VerdictSettings {
         compared,
@@ -48,7 +48,7 @@ impl Run<'_> {
     /// Scores one trained backbone on the held-out shapes.
     ///
     /// # Errors
-    /// If it has seen a held-out shape, or is not of this run.
+    /// If it has seen a held-out shape, or does not belong to this run.
     pub(crate) fn score_trained(
         &self,
         supervision: &str,

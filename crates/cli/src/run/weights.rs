@@ -1,7 +1,7 @@
 //! Reads and writes the weights of a trained backbone in a run folder. No other code does.
 //!
-//! The training notes a hash of the file in the same folder, and every reader of the file compares. So weights that were changed,
-//! exchanged or damaged after the training are refused, by name.
+//! The training records a hash of the file in the same folder, and every reader of the file compares it. So weights that were
+//! changed, exchanged or damaged after the training are refused with their name.
 
 use super::folder::RunFolder;
 use super::training_job::TrainingRecord;
@@ -10,17 +10,17 @@ use anyhow::{Result, bail};
 use partprobe_carrier::sha256_hex;
 use std::sync::Once;
 
-/// The weights that are evaluated.
+/// The path of the evaluated weights.
 pub(crate) fn weights_path(supervision: &str, seed: u64) -> String {
     format!("checkpoints/{supervision}-{seed}/model.safetensors")
 }
 
-/// The bytes of a backbone's weights, which are those that its training wrote.
+/// The bytes of a backbone's weights. They are checked to be those that its training wrote.
 ///
-/// A run of an earlier version has no hash of them; then a warning says so, once.
+/// A run of an earlier version has no hash of them. Then there is one warning.
 ///
 /// # Errors
-/// If the file cannot be read, or its hash is not the one that the training noted.
+/// If the file cannot be read, or its hash is not the one that the training recorded.
 pub(crate) fn read_weights(folder: &RunFolder, supervision: &str, seed: u64) -> Result<Vec<u8>> {
     static WARNED: Once = Once::new();
     let relative = weights_path(supervision, seed);
@@ -53,7 +53,7 @@ mod tests {
     use super::*;
     use crate::config::load;
 
-    /// Reads weights of these bytes, where the record says this hash.
+    /// Reads weights with these bytes, if the record has this hash.
     #[track_caller]
     fn check(bytes: &[u8], noted: Option<&str>, expected: Result<(), &str>) {
         let root = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! Runs `partprobe attach`: STEP files get the labels of a package, or are refused by name.
+//! Runs `partprobe attach`: STEP files get the labels of a package, or are refused with their names.
 
 use crate::config::{self, Config, Emit, LabelConfig};
 use crate::counted::counted;
@@ -17,7 +17,7 @@ use std::fmt;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// Files that are not attached are named on stderr up to this number; the index names them all.
+/// The largest number of files that are named on stderr because they are not attached. The index names all of them.
 const MAX_WARNINGS: usize = 10;
 
 /// Join a package of released labels with STEP files: label them by the settings of the package, and compare.
@@ -55,7 +55,7 @@ pub(crate) struct AttachArgs {
     resume: bool,
 }
 
-/// Labels the files, compares, and prints what came of it.
+/// Labels the files, compares them, and prints the result.
 ///
 /// # Errors
 /// If the package is damaged, or any file is not attached.
@@ -127,7 +127,7 @@ fn warn_of_other_version(package: &LabelPackage) {
     }
 }
 
-/// Says how to finish a data set that could not be written to its end.
+/// Adds advice on how to finish an incomplete data set to an error.
 fn with_advice(error: anyhow::Error, args: &AttachArgs) -> anyhow::Error {
     if !is_output_error(&error) || !args.out.join(SETTINGS_FILE).exists() {
         return error;
@@ -138,7 +138,7 @@ fn with_advice(error: anyhow::Error, args: &AttachArgs) -> anyhow::Error {
     ))
 }
 
-/// What became of the files.
+/// The results of the files.
 #[derive(Debug, Default)]
 struct Outcome {
     n_attached: usize,
@@ -146,9 +146,9 @@ struct Outcome {
     n_identical: usize,
     /// Attached shapes of which the package has the hash of the carrier.
     n_compared: usize,
-    /// Files and solids that have no labels in the package either.
+    /// Files and solids that also have no labels in the package.
     n_unlabeled: usize,
-    /// What is not attached: source and reason.
+    /// The files that are not attached: source and reason.
     problems: Vec<(String, String)>,
     /// Files of the package that were not given.
     n_not_given: usize,

@@ -28,12 +28,12 @@ struct ClassedShape {
     sample: PointSample,
     face_of_point: Vec<u32>,
     class_of_face: Vec<Option<u32>>,
-    /// Whether the probe learns on this shape; on the others it is scored.
+    /// Whether the probe learns on this shape. It is scored on the others.
     is_learned: bool,
 }
 
 impl FaceClasses {
-    /// Asks the source for the classes of all faces. Half of the shapes, by their groups, is what a probe learns on.
+    /// Gets the classes of all faces from the source. A probe learns on half of the shapes, chosen by their groups.
     ///
     /// # Errors
     /// If a carrier cannot be read, or the labels of the source are not classes.
@@ -195,7 +195,7 @@ impl ProbeTable {
         });
     }
 
-    /// A row per backbone and seed.
+    /// A table with one row per backbone and seed.
     pub(super) fn to_markdown(&self) -> String {
         let mut text = format!(
             "\nProbe of the class of each face by `{}`, from embeddings averaged per face:\n\n\
@@ -203,7 +203,7 @@ impl ProbeTable {
              |---|---:|---:|---:|---:|---:|---:|---:|---:|\n",
             self.source
         );
-        // The same for all rows: no embedding takes part.
+        // These scores are the same for all rows, because they do not depend on embeddings.
         if let Some(scores) = self.rows.first().map(|row| &row.scores) {
             let ProbeScores { majority, .. } = scores;
             let _ = writeln!(
@@ -242,7 +242,7 @@ impl ProbeTable {
         text
     }
 
-    /// Everything, in full precision.
+    /// All scores in full precision.
     ///
     /// # Errors
     /// If a number cannot be written.

@@ -1,10 +1,10 @@
-//! Changes the points of a shape as a scan would: noise on positions and normals, or no normals at all.
+//! Changes the points of a shape like a scan: it adds noise to positions and normals, or removes the normals.
 
 use crate::config::{EndpointConfig, EndpointNormals};
 use partprobe_carrier::{PointSample, Rng, keyed_rng, unit_interval};
 use std::f64::consts::TAU;
 
-/// The points as the endpoint has them; the noise follows from the id of the shape alone.
+/// The points of the endpoint. The noise depends only on the id of the shape.
 pub(super) fn disturbed(
     mut sample: PointSample,
     id: &str,
@@ -40,7 +40,7 @@ fn diagonal(points: &[[f32; 3]]) -> f64 {
     (0..3).map(|axis| extent(axis).powi(2)).sum::<f64>().sqrt()
 }
 
-/// The normal with noise on each coordinate, as a unit vector. What is added along the normal only changes its length.
+/// The normal with noise on each coordinate, as a unit vector. The noise along the normal only changes its length.
 fn tilted(normal: [f32; 3], sigma: f64, rng: &mut Rng) -> [f32; 3] {
     let noisy = normal.map(|x| f64::from(x) + sigma * standard_normal(rng));
     let length = noisy.iter().map(|x| x * x).sum::<f64>().sqrt();

@@ -1,8 +1,8 @@
 //! Scores the backbones of a run again under the conditions of `[[endpoints]]`: on other meshes of the test shapes, without
 //! normals or with noise, with other tokens, or on shapes of another data set.
 //!
-//! Plain geometry is tuned to the mesh that a table is made on. Whether a network has learned more shows where the mesh is
-//! another one. Nothing is trained here, and every endpoint has tables of its own.
+//! Plain geometry is tuned to the mesh of a table. Scores on another mesh show whether a network has learned more. Nothing is
+//! trained here, and every endpoint has its own tables.
 
 mod classes;
 mod disturbance;
@@ -35,10 +35,10 @@ pub(crate) struct EndpointTables {
 }
 
 impl Run<'_> {
-    /// Refuses endpoints that cannot be scored, as far as their names and data sets tell, before any work is done.
+    /// Refuses endpoints that cannot be scored according to their names and data sets, before any work is done.
     ///
     /// # Errors
-    /// If a data set cannot be opened or lacks normals that are asked for, or a source is unknown.
+    /// If a data set cannot be opened or lacks requested normals, or a source is unknown.
     pub(crate) fn check_endpoints(&self) -> Result<()> {
         for endpoint in &self.config.endpoints {
             check_endpoint(self.config, endpoint)
@@ -48,7 +48,7 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Scores all endpoints, and writes `endpoints/<name>/`. One that fails is named, and the others are scored.
+    /// Scores all endpoints, and writes `endpoints/<name>/`. An endpoint that fails is named, and the others are still scored.
     ///
     /// # Errors
     /// If the run is interrupted.
@@ -62,7 +62,7 @@ impl Run<'_> {
                 Ok(text) => tables.scored.push(text),
                 Err(error) if self.execution.interrupt.is_set() => return Err(error),
                 Err(error) => match &tables.failed {
-                    // The program ends with the first one; the others are named here.
+                    // The program ends with the first error. The others are printed here.
                     Some(_) => stderr::print_line(format_args!("error: {error:#}")),
                     None => tables.failed = Some(error),
                 },
@@ -91,7 +91,7 @@ impl Run<'_> {
             Some(EndpointNormals::None) => Normals::None,
             _ => Normals::OfConfig,
         };
-        // The summary of the endpoint counts the held-out shapes that it lacks.
+        // The summary of the endpoint counts the missing held-out shapes.
         let of = TestShapes {
             data_hash: data.hash.clone(),
             n_held_out: shapes.len(),
@@ -117,7 +117,7 @@ impl Run<'_> {
         Ok(text)
     }
 
-    /// The probe of each backbone, and of what needs no network.
+    /// The probe of each backbone, and of the rows without a network.
     fn probes(
         &self,
         classes: &FaceClasses,
@@ -151,7 +151,7 @@ impl Run<'_> {
     }
 }
 
-/// Looks for what the names and the data set of an endpoint tell.
+/// Checks the names and the data set of an endpoint.
 fn check_endpoint(config: &Config, endpoint: &EndpointConfig) -> Result<()> {
     if let Some(data) = &endpoint.data {
         Dataset::open(data)?;
@@ -169,14 +169,14 @@ fn check_endpoint(config: &Config, endpoint: &EndpointConfig) -> Result<()> {
     Ok(())
 }
 
-/// The settings of the run with what the endpoint changes.
+/// The settings of the run with the changes of the endpoint.
 fn config_of(config: &Config, endpoint: &EndpointConfig) -> Result<Config> {
     let mut changed = config.clone();
-    // Shapes are not chosen again: a test shape stays one if its number of parts is another on another mesh.
+    // Shapes are not chosen again: a test shape is kept even if its number of parts is different on another mesh.
     changed.select.min_parts = 0;
     changed.select.max_parts = usize::MAX;
     if let Some(data) = &endpoint.data {
-        // The tables of the endpoint say how its own data set was labeled.
+        // The tables of the endpoint name the settings of its own data set.
         let label = settings_of(data)?["label"].take();
         let mut own = serde_json::to_value(&changed.label)?;
         if let (Some(own), Some(label)) = (own.as_object_mut(), label.as_object()) {
@@ -195,12 +195,12 @@ fn config_of(config: &Config, endpoint: &EndpointConfig) -> Result<Config> {
         Some(EndpointNormals::Analytic) => {
             changed.sample.normals = crate::config::NormalConfig::Analytic;
         }
-        // They are taken away from the points.
+        // The normals are removed from the points.
         Some(EndpointNormals::None) | None => {}
     }
     if !endpoint.references.is_empty() {
         changed.compare.references.clone_from(&endpoint.references);
-        // The endpoints of the run are of its own references.
+        // The primary endpoints of the run are about its own references.
         changed.compare.primary.clear();
     }
     Ok(changed)

@@ -1,4 +1,4 @@
-//! Loads the shapes of an endpoint: the test shapes of the run as the endpoint sees them, or shapes of another data set.
+//! Loads the shapes of an endpoint: the test shapes of the run with the changes of the endpoint, or shapes of another data set.
 
 use super::classes::FaceClasses;
 use super::disturbance::disturbed;
@@ -19,18 +19,18 @@ use std::collections::BTreeMap;
 /// The shapes of an endpoint.
 pub(super) struct EndpointData {
     pub(super) shapes: Vec<Shape>,
-    /// The label sources that they are scored against.
+    /// The label sources against which they are scored.
     pub(super) references: Vec<String>,
-    /// The classes of their faces, if they are asked for.
+    /// The classes of their faces, if they are requested.
     pub(super) classes: Option<FaceClasses>,
-    /// What the endpoint changes, how many shapes it has, and why others were left out.
+    /// A text with the changes of the endpoint, its number of shapes, and the reasons why others were left out.
     pub(super) summary: String,
-    /// Names the shapes.
+    /// The hash that identifies the shapes.
     pub(super) hash: String,
 }
 
 impl EndpointData {
-    /// Loads the shapes; `config` is that of the endpoint.
+    /// Loads the shapes. `config` is that of the endpoint.
     ///
     /// # Errors
     /// If a data set cannot be read, or no shape is left.
@@ -83,7 +83,7 @@ impl EndpointData {
     }
 }
 
-/// The test shapes with the normals that the config asks for.
+/// The test shapes with the normals that the config requires.
 fn redrawn(test: &[&Shape], config: &Config) -> Result<Vec<Shape>> {
     test.par_iter()
         .map(|shape| {
@@ -98,7 +98,7 @@ fn redrawn(test: &[&Shape], config: &Config) -> Result<Vec<Shape>> {
         .collect()
 }
 
-/// The entries of a data set that an endpoint asks for, by id; `None` for a test shape that the data set lacks.
+/// The requested entries of a data set, by id. An entry is `None` for a test shape that the data set lacks.
 fn wanted<'a>(
     endpoint: &EndpointConfig,
     dataset: &'a Dataset,
@@ -122,7 +122,8 @@ fn wanted<'a>(
     entries.into_iter().map(named).collect()
 }
 
-/// Loads the entries, and says why some are left out. A test shape must have been read from the same file as in the run.
+/// Loads the entries, and returns the reasons why some are left out. A test shape must have been read from the same file as in
+/// the run.
 fn loaded(
     loader: &ShapeLoader<'_>,
     wanted: Vec<(String, Option<&IndexEntry>)>,
@@ -162,7 +163,7 @@ fn loaded(
     Ok((shapes, selection))
 }
 
-/// What an endpoint changes, in words.
+/// The changes of an endpoint, in words.
 fn changes(endpoint: &EndpointConfig) -> String {
     let mut changes = Vec::new();
     if let Some(data) = &endpoint.data {

@@ -1,4 +1,4 @@
-//! Stores the face of each test point, and finds it again for runs that did not store it.
+//! Stores the face of each test point, and computes it for runs that did not store it.
 
 use crate::config::Config;
 use crate::points::points_of;
@@ -12,13 +12,14 @@ use partprobe_formats::{Array, Members};
 use partprobe_report::ShapeFaces;
 use std::path::Path;
 
-/// The members of `test/<shape>.npz` that hold faces.
+/// The members of `test/<shape>.npz` with faces.
 const MEMBERS: [&str; 3] = ["face", "face_canonical_type", "face_step_id"];
 
-/// The face of each point, and the type and the `#` number of each face, as members of an NPZ file; none without a B-Rep.
+/// The face of each point, and the type and the `#` number of each face, as members of an NPZ file. There are none without a
+/// B-Rep.
 ///
 /// # Errors
-/// If the carrier of the shape has gone or changed.
+/// If the carrier of the shape is missing or has changed.
 pub(in crate::run) fn face_members(shape: &Shape) -> Result<Vec<(String, Array)>> {
     let (carrier, _) = shape.carrier.read()?;
     let Some(faces) = faces_of(&carrier, &shape.sample) else {
@@ -37,7 +38,7 @@ pub(in crate::run) fn face_members(shape: &Shape) -> Result<Vec<(String, Array)>
     Ok(MEMBERS.map(str::to_owned).into_iter().zip(arrays).collect())
 }
 
-/// The faces that a file of a test shape holds, if it does.
+/// The faces in the file of a test shape, if it has them.
 pub(super) fn stored_faces(members: &mut Members) -> Option<ShapeFaces> {
     let [of_point, types, step_ids] = MEMBERS;
     let types: Vec<u8> = members.vector(types).ok()?;
@@ -70,13 +71,13 @@ fn faces_of(carrier: &Carrier, sample: &PointSample) -> Option<ShapeFaces> {
     })
 }
 
-/// Where faces come from that a run did not store.
+/// The origin of the faces of points.
 pub(in crate::run) enum FaceSource {
-    /// Every test shape has its faces, or none.
+    /// Every test shape has its faces, or there are none.
     Stored,
-    /// The data set of a run of an earlier version.
+    /// The data set of a run of an earlier version, which did not store faces.
     Redrawn(Dataset),
-    /// It is not there any more; the reason.
+    /// The data set does not exist any more. The text is the reason.
     Unknown(String),
 }
 
@@ -109,7 +110,7 @@ impl FaceSource {
         (sample.points == points).then(|| faces_of(&carrier, &sample))?
     }
 
-    /// Why faces may be unknown.
+    /// The reason why faces may be unknown.
     pub(super) fn note(&self) -> Option<String> {
         match self {
             Self::Stored | Self::Redrawn(_) => None,

@@ -1,4 +1,4 @@
-//! Reads from `run.json` and the records of trainings what a run was: versions, data, machine and times.
+//! Reads the facts of a run from `run.json` and the records of trainings: versions, data, machine and times.
 
 use crate::counted::counted;
 use crate::run::folder::RunFolder;
@@ -6,10 +6,10 @@ use anyhow::Result;
 use partprobe_report::Fact;
 use serde_json::Value;
 
-/// What a file that is damaged would need.
+/// The advice for a damaged file.
 const ADVICE: &str = "remove the file, and the report is made without it";
 
-/// The facts of a run; none without its `run.json`.
+/// The facts of a run. There are none without its `run.json`.
 ///
 /// # Errors
 /// If the file is damaged.
@@ -77,7 +77,7 @@ pub(super) fn facts(folder: &RunFolder) -> Result<Vec<Fact>> {
     Ok(known.collect())
 }
 
-/// The stages that took longest, and their sum.
+/// The longest stages, and the sum of all stages.
 fn time_text(stages: &Value) -> Option<String> {
     let stages: Vec<(&str, f64)> = stages
         .as_array()?

@@ -1,4 +1,4 @@
-//! Collects what the report of a run shows, from its folder: scores, log, facts, and the points of its test shapes.
+//! Collects the content of a run's report from its folder: scores, log, facts, and the points of its test shapes.
 
 mod faces;
 mod facts;
@@ -18,12 +18,12 @@ use partprobe_eval::{ExpectationOutcome, ScoreRow, Tables, tables};
 use partprobe_report::RunReport;
 use std::path::Path;
 
-/// The scores of a run, and what follows from them.
+/// The scores of a run, and the results that follow from them.
 pub(super) struct PageScores<'a> {
     pub(super) tables: &'a Tables,
     pub(super) rows: &'a [ScoreRow],
     pub(super) outcomes: &'a [ExpectationOutcome],
-    /// How many shapes take part.
+    /// A sentence with the number of shapes.
     pub(super) summary: &'a str,
 }
 
@@ -82,8 +82,8 @@ fn stored_tables(scored: &ScoredRun, config: &Config, split: Option<&SplitFile>)
     Ok(tables(&scored.rows, &table_settings(config, footer)?))
 }
 
-/// The page of a finished run, made from its folder alone. Runs of earlier versions did not store the faces of points; these are
-/// drawn again from the data set if it is there.
+/// The page of a finished run, made only from its folder. Runs of earlier versions did not store the faces of points. Then the
+/// points are drawn again from the data set if it exists.
 ///
 /// # Errors
 /// If the folder is not a scored run, or a file of it cannot be read.
@@ -91,7 +91,7 @@ pub(crate) fn page_of_folder(root: &Path, data: Option<&Path>) -> Result<String>
     page_of_run(&RunFolder::to_read(root)?, data)
 }
 
-/// The same for a folder that is open already.
+/// The same for a folder that is already open.
 ///
 /// # Errors
 /// As for [`page_of_folder`].
@@ -99,7 +99,7 @@ pub(crate) fn page_of_run(folder: &RunFolder, data: Option<&Path>) -> Result<Str
     let scored = ScoredRun::read(folder.root())?;
     let config_file = folder.path("config.toml").to_string_lossy().into_owned();
     let config = load(&config_file, &[])?.config;
-    // The page of a run of an earlier version does not say which shapes were left out, rather than not be made.
+    // For a run of an earlier version, the page is made without the list of the shapes that were left out.
     let split = SplitFile::read(folder, &config).ok().flatten();
     let tables = stored_tables(&scored, &config, split.as_ref())?;
     let figures = training_figures(folder, &config)?;

@@ -11,7 +11,7 @@ use partprobe_report::{Prediction, ReportShape, ShapeDigest};
 use rayon::prelude::*;
 use std::collections::BTreeSet;
 
-/// Every scored shape, in the order of the ids, reduced to what the page shows.
+/// Every scored shape, in the order of the ids, reduced to the data that the page shows.
 ///
 /// # Errors
 /// If a file cannot be read.
@@ -60,7 +60,7 @@ fn shape(
     let points: Vec<[f32; 3]> = members.rows("points")?;
     let mut references = Vec::new();
     for source in config.references() {
-        // `eval` may have been asked for other references than those of the config.
+        // `eval` may have used other references than those of the config.
         if let Ok(labels) = members.vector(&format!("reference_{source}")) {
             references.push((source, labels));
         }
@@ -85,7 +85,7 @@ fn shape(
     })
 }
 
-/// The predictions of one row by each reference and clusterer, as far as the file has them.
+/// The predictions of one row by each reference and clusterer, if the file has them.
 fn predictions_of(
     mut members: Members,
     config: &Config,

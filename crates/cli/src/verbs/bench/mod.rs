@@ -1,7 +1,7 @@
-//! Runs `partprobe bench`: how long the parts of the program take on this machine.
+//! Runs `partprobe bench`: measures the times of parts of the program on this machine.
 //!
-//! What goes in are settings; what comes out is a table or JSON on stdout. Nothing is written, and no test asks for
-//! a time: figures are to be compared with others of the same run only.
+//! Settings go in, and a table or JSON on stdout comes out. Nothing is written, and no test checks a time, because times can only
+//! be compared with others of the same run.
 
 mod sources;
 #[cfg(feature = "train")]

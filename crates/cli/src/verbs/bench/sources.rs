@@ -1,4 +1,5 @@
-//! Runs `partprobe bench sources`: how long each label source takes on one carrier, and how long labels take to points.
+//! Runs `partprobe bench sources`: measures the time of each label source on one carrier, and the time of carrying labels to
+//! points.
 
 use super::timing::{cpu_seconds, median_ms};
 use crate::markdown_table::Alignment::{Left, Right};
@@ -15,16 +16,16 @@ use partprobe_transfer::{
 use serde::Serialize;
 use std::fmt;
 
-/// The number that stands for each placeholder in the names of the sources, if the source accepts it.
+/// The number that replaces each placeholder in the names of the sources, if the source accepts it.
 const NUMBER: u32 = 20;
 
-/// Each step of the search for a fine mesh makes the angle tolerance this much smaller.
+/// The factor by which each step of the search for a fine mesh reduces the angle tolerance.
 const FINER: f64 = 0.8;
 
 /// The colors of the faces of the carrier.
 const COLORS: [Color; 3] = [Color(0xff00_00ff), Color(0x00ff_00ff), Color(0x0000_ffff)];
 
-/// The search gives up after this many steps.
+/// The largest number of steps of the search.
 const MAX_STEPS: usize = 60;
 
 /// The time of each label source and of each way to carry labels to points.
