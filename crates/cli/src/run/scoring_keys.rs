@@ -1,13 +1,13 @@
 //! Tells the keys of a config that say how backbones are scored from those that decided how they were trained.
 
-/// The keys that say how backbones are scored, and not how they were trained; `compare.` stands for all of its keys.
-/// Labels that come from files are told apart by their own hashes, in `split.json`.
+/// The keys that influence the scoring of backbones, and not their training. `compare.` means all of its keys. Labels from files are
+/// distinguished by their own hashes, in `split.json`.
 const SCORING_KEYS: [&str; 8] = [
     "compare.",
     "endpoints",
     "eval.",
     "expect.",
-    // Training never sees this layer.
+    // The training does not use this layer.
     "net.refine",
     "sources.",
     "tokens.test_poses",

@@ -37,7 +37,7 @@ pub(crate) struct SplitFile {
     #[serde(flatten)]
     pub(crate) split: Split,
     pub(crate) selection: Selection,
-    /// The tables of the config that decide which shapes and points there are.
+    /// The tables of the config that determine the shapes and points.
     settings: SplitSettings,
     /// The label sources by which every shape has at least two labels.
     sources: Vec<String>,
@@ -48,7 +48,7 @@ pub(crate) struct SplitFile {
     n_unscored: usize,
 }
 
-/// The tables of the config that decide which shapes and points there are.
+/// The tables of the config that determine the shapes and points.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 struct SplitSettings {
     label: LabelConfig,

@@ -1,7 +1,7 @@
-//! Runs `partprobe calibrate`: what the dihedral angles of a corpus say about the threshold θ.
+//! Runs `partprobe calibrate`: evaluates the dihedral angles of a corpus to choose the threshold θ.
 //!
-//! Everything that `label` reads, carriers and data sets go in. Tables come out on stdout, and with `--out` as Markdown, CSV, JSON
-//! and SVG. Every number and every plot is made by `partprobe_calibration`; this module writes them.
+//! Everything that `label` reads, carriers and data sets go in. Tables come out on stdout, and with `--out` as Markdown, CSV,
+//! JSON and SVG. `partprobe_calibration` makes every number and every plot. This module writes them.
 
 use crate::damaged_carriers::{is_damaged_carrier, refuse_damaged_carriers};
 use crate::interrupt::Interrupt;
@@ -18,9 +18,9 @@ use partprobe_calibration::{
 use partprobe_dataset::write_atomically;
 use std::path::{Path, PathBuf};
 
-/// Shapes that are measured between two looks at Ctrl-C; it decides nothing else.
+/// The number of shapes that are measured between two checks for Ctrl-C. It has no other effect.
 const SHAPES_AT_ONCE: usize = 64;
-/// Files that cannot be measured are named up to this number, and counted beyond.
+/// The largest number of files that are named because they cannot be measured. Further ones are only counted.
 const MAX_WARNINGS: usize = 10;
 
 /// Show what the dihedral angles of a corpus say about the threshold θ: their distribution, a sweep, a stable range.
@@ -59,7 +59,7 @@ pub(crate) struct CalibrateArgs {
 /// Measures every shape and prints the tables.
 ///
 /// # Errors
-/// If an argument cannot be meant, no shape could be measured, or a file cannot be written.
+/// If an argument is invalid, no shape could be measured, or a file cannot be written.
 pub(crate) fn calibrate(args: &CalibrateArgs) -> Result<()> {
     let settings = settings(args)?;
     if let Some(out) = &args.out {
@@ -67,7 +67,7 @@ pub(crate) fn calibrate(args: &CalibrateArgs) -> Result<()> {
     }
     args.shapes.check()?;
     let interrupt = Interrupt::listen()?;
-    // τ_min plays no part here, and counting triangles for it would cost most of the time.
+    // τ_min is not needed here, and counting triangles for it would take most of the time.
     let sources = args
         .shapes
         .with_settings(["label.tau_min=0".to_owned()])
@@ -109,7 +109,7 @@ fn settings(args: &CalibrateArgs) -> Result<CalibrationSettings> {
     })
 }
 
-/// The calibration, and the number of damaged carriers. Shapes are added in the order of the sources, for any number of threads.
+/// Measures all shapes. Returns the calibration and the number of damaged carriers. Shapes are added in the order of the sources.
 fn measure(
     sources: &ShapeInputs,
     settings: &CalibrationSettings,

@@ -8,7 +8,7 @@ use clap_complete::Shell;
 use std::fs;
 use std::path::PathBuf;
 
-/// The name of the program in scripts and pages, also if its file has another name.
+/// The name of the program in scripts and pages, even if its file has another name.
 const NAME: &str = "partprobe";
 
 /// Print a script that completes verbs, options and values in a shell
@@ -59,7 +59,7 @@ pub(crate) fn man(args: &ManArgs) -> Result<()> {
     ))
 }
 
-/// How many pages are written: one for the command and one for each verb below it that the help shows.
+/// The number of pages: one for the command, and one per verb that the help shows.
 fn n_pages(command: &clap::Command) -> usize {
     let shown = command.get_subcommands().filter(|verb| !verb.is_hide_set());
     1 + shown.map(n_pages).sum::<usize>()

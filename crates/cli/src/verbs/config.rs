@@ -1,4 +1,4 @@
-//! Runs `partprobe config`: it lists the shipped configs, prints one with everything that it builds on, and checks a file.
+//! Runs `partprobe config`: it lists the shipped configs, prints one after merging it with its bases, and checks a file.
 
 use crate::config::{Config, load, shipped, shipped_descriptions};
 use crate::label_sources::source_named;
@@ -57,7 +57,7 @@ struct CheckArgs {
     set: Vec<String>,
 }
 
-/// Does what is asked for.
+/// Runs the requested command.
 ///
 /// # Errors
 /// If the config cannot be read, or one of its keys or values is wrong.
@@ -76,7 +76,8 @@ pub(crate) fn config(args: &ConfigArgs) -> Result<()> {
     }
 }
 
-/// Refuses what a run refuses before its first stage, as far as it needs no data: files that a config names are not looked at.
+/// Refuses configs that a run refuses before its first stage, if no data are needed for this. Files that a config names are not
+/// read.
 fn ensure_known_names(config: &Config) -> Result<()> {
     for name in config.label_sources() {
         if !config.sources.contains_key(&name) {

@@ -28,7 +28,7 @@ pub(crate) struct EvalArgs {
     execution: ExecutionArgs,
 }
 
-/// Evaluates what the folder has trained; the exit code is 3 if an expectation is missed.
+/// Evaluates the trained backbones of the folder. The exit code is 3 if an expectation is missed.
 ///
 /// # Errors
 /// If the folder is not a run, or its data set cannot be read.
@@ -51,14 +51,14 @@ pub(crate) fn eval(args: &EvalArgs) -> Result<ExitCode> {
     run.check_endpoints()?;
     let rows = run.evaluate()?;
     if !args.execution.set.is_empty() {
-        // The scores below follow from these settings; the folder must not say others.
+        // The scores below depend on these settings, so the folder must have the same settings.
         folder.write("config.toml", loaded.merged.as_bytes())?;
     }
     let results = run.write_results(&rows)?;
     run.print_results(&results, run.evaluate_endpoints()?)
 }
 
-/// Refuses settings that decided the training: with others, the run's config would be wrong.
+/// Refuses new values of settings that influenced the training, because the run's config would then be wrong.
 fn refuse_new_settings(stored: &Config, asked: &Config) -> Result<()> {
     let fixed: Vec<String> = differences(stored, asked)
         .into_iter()

@@ -77,7 +77,7 @@ fn is_same_folder(a: &Path, b: &Path) -> bool {
     }
 }
 
-/// Adds the means of the label sources of a run, each of its seeds apart, with the first clusterer of its table.
+/// Adds the means of the label sources of a run, separately for each seed, with the first clusterer of its table.
 fn add_run(run: &ScoredRun, means: &mut SeedMeans) {
     let Some(clusterer) = run.rows.first().map(|row| row.clusterer.as_str()) else {
         return;
@@ -104,7 +104,7 @@ fn add_run(run: &ScoredRun, means: &mut SeedMeans) {
     }
 }
 
-/// The mean less so many standard deviations of the sample, rounded down to three decimals.
+/// The mean minus a number of standard deviations of the sample, rounded down to three decimals.
 fn lower_bound(values: &[f64], n_deviations: f64) -> f64 {
     let n = values.len() as f64;
     let mean = values.iter().sum::<f64>() / n;

@@ -1,4 +1,5 @@
-//! Runs `partprobe false-alarms`: how often trainings on one label source, which differ in their seeds alone, seem to differ.
+//! Runs `partprobe false-alarms`: counts how often trainings on one label source, which differ only in their seeds, seem to
+//! differ.
 
 use crate::config::load;
 use crate::run::verdict_settings;

@@ -1,4 +1,4 @@
-//! Runs `partprobe label`: the arguments, and the summary that is printed.
+//! Runs `partprobe label`: defines its arguments, and prints the summary.
 
 use crate::config::{self, Attribute, Config, Emit, by_flag};
 use crate::counted::counted;
@@ -140,13 +140,13 @@ enum Kernel {
     Truck,
 }
 
-/// Labels, and prints what came of it.
+/// Labels the files, and prints the result.
 ///
 /// # Errors
 /// If no file could be labeled and this is not a share of a batch, or with `--strict` any could not.
 pub(crate) fn label(args: &LabelArgs) -> Result<()> {
-    // The standard input is read before anybody listens for Ctrl-C, which then ends the wait for it. The file lives as long as the
-    // batch.
+    // The standard input is read before the handler of Ctrl-C is installed, so Ctrl-C ends the wait for it. The file exists as
+    // long as the batch.
     let (job, _standard_input) = job(args)?;
     let summary =
         label_paths(&job, &Interrupt::listen()?).map_err(|error| with_advice(error, args))?;
@@ -170,7 +170,7 @@ pub(crate) fn label(args: &LabelArgs) -> Result<()> {
     Ok(())
 }
 
-/// Says how to finish a data set that could not be written to its end.
+/// Adds advice on how to finish an incomplete data set to an error.
 fn with_advice(error: anyhow::Error, args: &LabelArgs) -> anyhow::Error {
     if !is_output_error(&error) || !args.out.join(SETTINGS_FILE).exists() {
         return error;
@@ -181,7 +181,7 @@ fn with_advice(error: anyhow::Error, args: &LabelArgs) -> anyhow::Error {
     ))
 }
 
-/// What is labeled; the second value is the standard input, if it is labeled too.
+/// The job. The second value is the standard input, if it is also labeled.
 fn job(args: &LabelArgs) -> Result<(LabelJob, Option<StandardInput>)> {
     let is_dash = |path: &PathBuf| is_standard_input(path);
     ensure!(
@@ -215,7 +215,7 @@ fn job(args: &LabelArgs) -> Result<(LabelJob, Option<StandardInput>)> {
     Ok((job, input))
 }
 
-/// The settings of the config and of the arguments that stand for settings.
+/// The settings of the config and of the arguments that replace settings.
 fn job_config(args: &LabelArgs) -> Result<Config> {
     let mut overrides = args.set.clone();
     let unit = args.unit.map(|unit| match unit {

@@ -32,7 +32,7 @@ pub(crate) struct MergeArgs {
     out: PathBuf,
 }
 
-/// Joins the shares; its bytes are those of the unshared batch.
+/// Joins the shares. The bytes of the result are those of a batch without shares.
 ///
 /// # Errors
 /// If shares are missing, unfinished or of different batches, or the folder is not empty.
@@ -95,7 +95,7 @@ impl Share {
         })
     }
 
-    /// When each file was labeled and how long it took, by source; empty if the share has no such list.
+    /// The time at which each file was labeled and its duration, by source. It is empty if the share has no such list.
     fn times(&self) -> BTreeMap<String, Timing> {
         let text = fs::read_to_string(self.path.join(TIMING_FILE)).unwrap_or_default();
         text.lines()
@@ -104,7 +104,7 @@ impl Share {
             .collect()
     }
 
-    /// Puts the files of a record into the folder `out`: as links if that is possible, as copies if not.
+    /// Puts the files of a record into the folder `out`, as links if possible, and otherwise as copies.
     fn link_files(&self, record: &FileRecord, out: &Path) -> Result<()> {
         for entry in &record.entries {
             for file in entry.files() {
@@ -120,7 +120,7 @@ impl Share {
     }
 }
 
-/// The settings that all shares have, which are there each once.
+/// The settings that all shares have. Each share must occur exactly once.
 fn common_settings(shares: &[Share]) -> Result<DatasetSettings> {
     let first = shares.first().context("no share was given")?;
     let mut known: BTreeMap<Shard, &Path> = BTreeMap::new();
@@ -171,7 +171,7 @@ fn refuse_repeated_ids(shares: &[Share]) -> Result<()> {
     Ok(())
 }
 
-/// The record with the times that its share has noted.
+/// The record with the times from its share.
 fn with_times(record: FileRecord, times: &BTreeMap<String, Timing>) -> FileRecord {
     match times.get(&record.source) {
         Some(timing) => FileRecord {

@@ -1,4 +1,4 @@
-//! Lists the commands: one file or folder for each, with its arguments.
+//! Lists the commands. Each one has a file or folder with its arguments.
 //!
 //! A command reads its arguments, calls the libraries, and prints. To add one, write its module, and add a line to each of
 //! the three lists below.
@@ -120,7 +120,7 @@ impl Verb {
     /// Runs the command.
     ///
     /// # Errors
-    /// If it fails; the exit code of a command that did not fail can still be 1.
+    /// If it fails. The exit code of a command that did not fail can still be 1.
     pub(crate) fn call(&self) -> Result<ExitCode> {
         let done = |()| ExitCode::SUCCESS;
         match self {

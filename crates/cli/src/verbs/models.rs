@@ -21,7 +21,7 @@ pub(crate) struct ModelsArgs {
     json: bool,
 }
 
-/// Prints a line for each backbone.
+/// Prints one line per backbone.
 ///
 /// # Errors
 /// If stdout cannot be written to.
@@ -65,7 +65,7 @@ struct Row {
     /// Parameters below the embedding head.
     parameters: usize,
     parameters_with_head: usize,
-    /// Blocks and channels of each stage, from the finest.
+    /// Blocks and channels of each stage, beginning with the finest one.
     encoder: Vec<[usize; 2]>,
     decoder: Vec<[usize; 2]>,
     embedding_dim: usize,
@@ -134,7 +134,7 @@ fn grouped(number: usize) -> String {
     groups.join(" ")
 }
 
-/// The rows as a person reads them.
+/// The rows as a table for readers.
 fn table(rows: &[Row]) -> String {
     let heading = [
         "backbone",

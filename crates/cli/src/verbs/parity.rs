@@ -1,4 +1,4 @@
-//! Runs `partprobe parity`, which is hidden: it writes what `tools/torch/parity.py` computes again in PyTorch.
+//! Runs `partprobe parity`, which is hidden: it writes a case that `tools/torch/parity.py` computes again in PyTorch.
 
 use crate::config::load;
 use crate::label::carriers_of_path;

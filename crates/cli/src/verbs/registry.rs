@@ -14,9 +14,9 @@ use std::path::{Path, PathBuf};
 
 /// The version of the table that `--out` writes.
 const REGISTRY_VERSION: u32 = 1;
-/// So many disagreements of two packages are named; `--json` names them all.
+/// The number of disagreements of two packages that are named. `--json` names all of them.
 const MAX_DISAGREEMENTS: usize = 10;
-/// Digits of a hash that are shown to people.
+/// The number of shown digits of a hash.
 const SHOWN_DIGITS: usize = 12;
 
 /// Join packages of released labels by the hash of the STEP text: which files have which labels, and where labels disagree.
@@ -40,7 +40,7 @@ pub(crate) struct RegistryArgs {
     json: bool,
 }
 
-/// Joins the packages, and prints what they have in common.
+/// Joins the packages, and prints their common shapes.
 ///
 /// # Errors
 /// If a package is damaged or given twice, or the file cannot be written.

@@ -26,9 +26,9 @@ use serde_json::json;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-/// Hexadecimal digits of the hash that are the id of a file in an anonymous package.
+/// The number of hexadecimal digits of the hash that form the id of a file in an anonymous package.
 const ID_DIGITS: usize = 16;
-/// What is not in a package, as its datasheet says it.
+/// The text of the datasheet about files that are not in the package.
 const NO_HASH: &str = "files that could not be read, or are not STEP files";
 const NO_BREP: &str = "meshes and clouds, which have no STEP faces";
 const DAMAGED: &str = "shapes whose carrier is damaged";
@@ -65,7 +65,7 @@ pub(crate) struct ReleaseArgs {
     jobs: Option<u16>,
 }
 
-/// Writes the package, and prints what is in it.
+/// Writes the package, and prints a summary of its content.
 ///
 /// # Errors
 /// If the data set has no carriers or no settings, the folder is not empty or cannot be written, or a carrier is damaged.
@@ -118,11 +118,11 @@ pub(crate) fn release(args: &ReleaseArgs) -> Result<()> {
 struct Item<'a> {
     entry: &'a IndexEntry,
     file_id: String,
-    /// What the ids of the file begin with in the package.
+    /// The prefix of the ids of the file in the package.
     released_id: String,
 }
 
-/// What became of a line.
+/// The result of a line.
 enum Released {
     Row(Box<ReleasedRow>),
     LeftOut(&'static str),
@@ -208,7 +208,8 @@ fn items(dataset: &Dataset, is_anonymous: bool) -> Vec<Item<'_>> {
     items
 }
 
-/// The id of a file: that of its shape, or that of its solids without `__s<k>`. A file may be called like a solid.
+/// The id of a file: that of its shape, or that of its solids without `__s<k>`. The name of a file may look like the id of a
+/// solid.
 fn file_id(entries: &[IndexEntry]) -> String {
     let without_solid = |id: &str| {
         let (file, number) = id.rsplit_once("__s")?;
@@ -219,7 +220,7 @@ fn file_id(entries: &[IndexEntry]) -> String {
         let is_solid = entry.solid_step_id.is_some();
         is_solid.then(|| without_solid(&entry.id)).flatten()
     };
-    // A solid without a carrier does not say that it is one. The id of a file ends like its name.
+    // The line of a solid without a carrier does not record that it is a solid. The id of a file ends like its name.
     let of_any = |entry: &IndexEntry| {
         let name = entry.source.rsplit('/').next().unwrap_or_default();
         let stem = step_stem(name).unwrap_or(name);
@@ -363,7 +364,7 @@ impl Package<'_> {
     }
 }
 
-/// How many shapes with labels are not in the package; empty if all are.
+/// A text with the number of shapes with labels that are not in the package. It is empty if all are in it.
 fn left_out(counts: &Counts) -> String {
     let n: u64 = counts.left_out.values().sum();
     match n {

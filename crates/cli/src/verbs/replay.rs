@@ -1,4 +1,4 @@
-//! Runs `partprobe replay`: it makes the update again at which a training stopped, shape by shape and as a whole.
+//! Runs `partprobe replay`: it repeats the update at which a training stopped, shape by shape and as a whole.
 
 use crate::run::{DumpedUpdate, Execution, ExecutionArgs};
 use crate::stdout::print_line;
@@ -54,7 +54,7 @@ pub(crate) fn replay(args: &ReplayArgs) -> Result<ExitCode> {
     })
 }
 
-/// Loss and gradient norm of the update after the checkpoint, from these shapes alone.
+/// Loss and gradient norm of the update after the checkpoint, with only these shapes.
 fn update(
     checkpoint: &[u8],
     shapes: &[TrainShape],

@@ -11,7 +11,7 @@ use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-/// Draws of the bootstrap.
+/// The number of draws of the bootstrap.
 const DRAWS: usize = 2000;
 
 /// Compare the scores of several runs, over the test shapes that all of them have
@@ -43,7 +43,7 @@ pub(crate) struct ReportArgs {
     data: Option<PathBuf>,
 }
 
-/// All that is printed as JSON.
+/// The JSON output.
 #[derive(Serialize)]
 struct Report<'a> {
     runs: Vec<&'a str>,
@@ -57,7 +57,7 @@ type Key<'a> = (&'a str, &'a str);
 /// Prints the table of the runs.
 ///
 /// # Errors
-/// If a folder is not a scored run, two runs have one name, or they have no test shape in common.
+/// If a folder is not a scored run, two runs have the same name, or they have no test shape in common.
 pub(crate) fn report(args: &ReportArgs) -> Result<()> {
     #[cfg(feature = "train")]
     if let Some(file) = &args.html {
@@ -135,12 +135,12 @@ fn partial_clusterers(runs: &[ScoredRun]) -> Vec<String> {
         .collect()
 }
 
-/// A text about so many, and nothing if there are none.
+/// A text about a number of things. It is empty if the number is 0.
 fn if_any(n: usize, text: impl Fn(usize) -> String) -> String {
     if n > 0 { text(n) } else { String::new() }
 }
 
-/// The tables of one run as it was compared, or of several runs.
+/// The tables of one run with its own comparison, or of several runs.
 fn joined_tables(args: &ReportArgs, runs: &[ScoredRun], rows: &[ScoreRow]) -> Result<Tables> {
     #[cfg(feature = "train")]
     if let [run] = args.runs.as_slice() {
@@ -155,14 +155,14 @@ fn distinct_shapes(keys: &BTreeSet<Key<'_>>) -> usize {
     shapes.len()
 }
 
-/// Whether a shape has the same mesh and the same labels by the reference in all runs that say what it was.
+/// Whether a shape has the same mesh and the same labels by the reference in all runs that record this.
 fn is_same(runs: &[ScoredRun], shape: &str, reference: &str) -> bool {
     let hashes = runs.iter().filter_map(|run| run.shape_hashes.get(shape));
     let of_labels = hashes.map(|hashes| hashes.of_labels(reference));
     of_labels.collect::<BTreeSet<_>>().len() <= 1
 }
 
-/// The settings of the scoring that differ between the runs, as a sentence; `None` if there are none.
+/// The settings of the scoring that differ between the runs, as a sentence. Returns `None` if there are none.
 fn differing_settings(runs: &[ScoredRun]) -> Option<String> {
     let value = |run: &ScoredRun, table: &str, key: &str| {
         let found = run.settings.get(table).and_then(|table| table.get(key));
@@ -193,7 +193,7 @@ fn differing_settings(runs: &[ScoredRun]) -> Option<String> {
     })
 }
 
-/// Writes the page of the one run that is named.
+/// Writes the page of the named run.
 #[cfg(feature = "train")]
 fn write_page(args: &ReportArgs, file: &Path) -> Result<()> {
     let [run] = args.runs.as_slice() else {
@@ -226,7 +226,7 @@ fn common_shapes(runs: &[ScoredRun]) -> BTreeSet<Key<'_>> {
         .collect()
 }
 
-/// The rows of all runs, named after their runs; those without a training once.
+/// The rows of all runs, named after their runs. Rows without a training are included only once.
 fn joined_rows(runs: &[ScoredRun], common: &BTreeSet<Key<'_>>) -> Vec<ScoreRow> {
     let mut untrained: BTreeSet<&str> = BTreeSet::new();
     let mut rows = Vec::new();

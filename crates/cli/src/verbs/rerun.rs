@@ -1,4 +1,4 @@
-//! Runs `partprobe rerun`: it repeats a run from its folder alone, and compares what comes out, byte for byte.
+//! Runs `partprobe rerun`: it repeats a run only from its folder, and compares the results byte by byte.
 
 use crate::config::{DataSource, load};
 use crate::counted::counted;
@@ -12,7 +12,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// Names of files that differ are printed up to this number.
+/// The largest number of different files whose names are printed.
 const MAX_NAMED: usize = 10;
 
 /// Repeat a run from its folder alone, and compare weights, predictions and scores byte for byte
@@ -71,7 +71,7 @@ pub(crate) fn rerun(args: &RerunArgs) -> Result<ExitCode> {
         true,
         (args.training.clone(), args.execution.clone()),
     );
-    // A missed bound is a result, which the comparison covers.
+    // A missed bound is a result that is also compared.
     run(&repeated)?;
 
     let differing = differing_files(&args.run, &out)?;
@@ -90,8 +90,8 @@ pub(crate) fn rerun(args: &RerunArgs) -> Result<ExitCode> {
     })
 }
 
-/// Makes the new folder with the inputs of the run: its config, and its split, which an evaluation by other references did
-/// not change.
+/// Makes the new folder with the inputs of the run: its config, and its split, which was not changed by an evaluation against
+/// other references.
 fn begin_again(run: &Path, out: &Path) -> Result<()> {
     ensure!(
         !out.exists(),
@@ -126,14 +126,14 @@ fn data_of(path: &Path) -> Result<Vec<PathBuf>> {
     })
 }
 
-/// What a comparison of two run folders found.
+/// The result of a comparison of two run folders.
 struct Comparison {
     n_compared: usize,
     /// The files that are not the same, and how they differ.
     names: Vec<(String, &'static str)>,
 }
 
-/// Compares all files that a run makes from its numbers; logs and times are left out.
+/// Compares all files that a run makes from its numbers. Logs and times are left out.
 fn differing_files(first: &Path, second: &Path) -> Result<Comparison> {
     let mut names: BTreeSet<String> = BTreeSet::new();
     for root in [first, second] {

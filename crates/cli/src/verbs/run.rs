@@ -1,4 +1,4 @@
-//! Runs `partprobe run`: everything, from STEP files or generated parts to the table.
+//! Runs `partprobe run`: all stages, from STEP files or generated parts to the tables.
 
 use crate::config::{Config, DataSource, load};
 use crate::given_path::ensure_exists;
@@ -66,10 +66,10 @@ impl RunArgs {
     }
 }
 
-/// Does all stages; the exit code is 3 if an expectation is missed.
+/// Runs all stages. The exit code is 3 if an expectation is missed.
 ///
 /// # Errors
-/// If a stage fails; what is done stays in the run folder, and `--resume` continues from there.
+/// If a stage fails. Finished work stays in the run folder, and `--resume` continues from there.
 pub(crate) fn run(args: &RunArgs) -> Result<ExitCode> {
     let set = args.training.overrides(&args.execution.set);
     let loaded = load(&args.config, &set)?;
@@ -126,7 +126,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode> {
     }
     let endpoints = timed.stage("endpoints", || run.evaluate_endpoints())?;
     timed.record.write(&folder)?;
-    // The page names the stages, and there is one more now.
+    // The page lists the stages, and there is one more stage now.
     folder.write("report.html", page_of_run(&folder, None)?.as_bytes())?;
     run.print_results(&results, endpoints)
 }
@@ -163,7 +163,7 @@ fn given_data(args: &RunArgs, config: &Config) -> Result<Vec<PathBuf>> {
     Ok(given.clone())
 }
 
-/// The labeled data set: given as such, or labeled into the run folder.
+/// The labeled data set: given by the user, or labeled into the run folder.
 fn labeled_data(
     given: &[PathBuf],
     config: &Config,
@@ -189,7 +189,7 @@ fn labeled_data(
     labeled_into(&out, &paths, config, execution)
 }
 
-/// Labels files into a folder. What an interrupted call has labeled there stays.
+/// Labels files into a folder. Files that an interrupted call has labeled there are kept.
 ///
 /// # Errors
 /// If the files cannot be labeled, or the folder has a data set of other files.
@@ -199,7 +199,7 @@ pub(super) fn labeled_into(
     config: &Config,
     execution: &Execution,
 ) -> Result<Dataset> {
-    // An interrupted run is resumed with the data that it began with.
+    // An interrupted run is resumed with the same data as at its start.
     let job = LabelJob::in_folder(paths, out, config, execution.threads).resuming();
     let summary = label_paths(&job, &execution.interrupt)?;
     execution.progress.note(&summary.to_string());

@@ -58,7 +58,7 @@ pub(super) struct SourcesArgs {
     json: bool,
 }
 
-/// Everything that was measured.
+/// All measurements.
 #[derive(Debug, Serialize)]
 struct Figures {
     triangles: usize,
@@ -67,19 +67,19 @@ struct Figures {
     transfer: Vec<TransferFigures>,
 }
 
-/// What one source took.
+/// The measurements of one source.
 #[derive(Debug, Serialize)]
 struct SourceFigures {
     source: String,
-    /// How many labels the triangles have; `None` if the source refuses the carrier.
+    /// The number of labels of the triangles. It is `None` if the source refuses the carrier.
     labels: Option<u32>,
     ms: f64,
     cpu_ms: f64,
-    /// Why the source refuses the carrier.
+    /// The reason why the source refuses the carrier.
     refused: Option<String>,
 }
 
-/// What carrying the labels of `step-parts` to the points took, the search structure included.
+/// The time of carrying the labels of `step-parts` to the points, including the search structure.
 #[derive(Debug, Serialize)]
 struct TransferFigures {
     channel: &'static str,
@@ -126,7 +126,7 @@ fn example_name(factory: &SourceFactory) -> String {
     }
 }
 
-/// A generated part, tessellated finely enough to have so many triangles.
+/// A generated part, tessellated so finely that it has at least this number of triangles.
 fn fine_carrier(n_triangles: usize) -> Result<Carrier> {
     let settings = partprobe_synth::SynthSettings {
         seed: 1,
@@ -145,14 +145,14 @@ fn fine_carrier(n_triangles: usize) -> Result<Carrier> {
         if carrier.mesh().triangles.len() >= n_triangles {
             return Ok(carrier);
         }
-        // The chord of an arc grows with the square of its angle.
+        // The sag of an arc grows with the square of its angle.
         options.tessellation.angle_rad *= FINER;
         options.tessellation.chord_fraction *= FINER * FINER;
     }
     bail!("no tessellation has {n_triangles} triangles; ask for fewer")
 }
 
-/// The same carrier, as a file would describe it whose faces have their type as name and one of three colors.
+/// The same carrier, with the type of each face as its name, and with one of three colors per face.
 fn painted(carrier: &Carrier) -> Result<Carrier> {
     let mut graph = carrier.graph().clone();
     for (index, face) in graph.faces.iter_mut().enumerate() {

@@ -1,4 +1,4 @@
-//! Runs `partprobe bench step`: an update of the weights and a forward pass, alone, on a generated part.
+//! Runs `partprobe bench step`: measures an update of the weights and a forward pass on a generated part.
 
 use super::timing::{cpu_seconds, median_ms};
 use crate::allocator::keep_freed_memory;
@@ -58,14 +58,14 @@ struct StepFigures {
     tokens: usize,
     batch: u16,
     threads: u16,
-    /// Augmentation, tokens and tables of a batch by one thread; a training does it ahead of the step.
+    /// The time of augmentation, tokens and tables of a batch on one thread. A training does this ahead of the step.
     load_ms: f64,
     step_ms: f64,
     step_cpu_ms: f64,
     tables_ms: f64,
     forward_ms: f64,
     shapes_per_minute: f64,
-    /// Highest resident memory of this process so far; `None` if the system does not tell.
+    /// The highest resident memory of this process so far, or `None` if the system does not report it.
     peak_memory_mib: Option<f64>,
 }
 
@@ -134,8 +134,8 @@ fn measure(args: &StepArgs) -> Result<StepFigures> {
     })
 }
 
-/// The median time of a step and the mean of its CPU time, in milliseconds, after two that do not count. The poses are
-/// the same in each: what a step takes depends on how a shape lies in the grid.
+/// The median time of a step and the mean of its CPU time, in milliseconds, after two that do not count. The poses are the same
+/// in each step, because the time depends on the position of a shape in the grid.
 fn measure_steps(training: &mut Training, batch: &[TrainShape], n: u16) -> Result<(f64, f64)> {
     let loaded = training.load(batch)?;
     for _ in 0..2 {
@@ -146,7 +146,7 @@ fn measure_steps(training: &mut Training, batch: &[TrainShape], n: u16) -> Resul
     Ok((step_ms, (cpu_seconds() - cpu_before) * 1e3 / f64::from(n)))
 }
 
-/// A generated part with ten points a token, so that hardly a voxel of its surface stays empty.
+/// A generated part with ten points per token, so that almost no voxel of its surface is empty.
 fn generated_shape(n_tokens: usize, config: &Config) -> Result<TrainShape> {
     let part = partprobe_synth::part(
         &partprobe_synth::SynthSettings {

@@ -1,4 +1,4 @@
-//! Measures how long a piece of work takes.
+//! Measures the time of work.
 
 use std::time::Instant;
 
@@ -18,12 +18,12 @@ fn median(mut times: Vec<f64>) -> f64 {
     times[times.len() / 2]
 }
 
-/// CPU seconds of this process, in ticks of the kernel's clock; 0 where the system does not say.
+/// CPU seconds of this process, from ticks of the kernel's clock. It is 0 if the system does not report them.
 pub(super) fn cpu_seconds() -> f64 {
     /// Linux counts in hundredths of a second on every architecture.
     const TICKS_PER_SECOND: f64 = 100.0;
     let text = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
-    // The program's name stands in parentheses and may hold spaces; user and system time follow as 12th and 13th.
+    // The program's name is in parentheses and may contain spaces. User and system time follow as the 12th and 13th values.
     let after_name = text.rsplit(')').next().unwrap_or_default();
     let ticks = after_name
         .split_whitespace()

@@ -20,7 +20,7 @@ enum Subject {
     Sources(sources::SourcesArgs),
 }
 
-/// Measures what was asked for.
+/// Runs the requested measurement.
 ///
 /// # Errors
 /// If a setting is out of its range, or the output cannot be written.

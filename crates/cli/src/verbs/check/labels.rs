@@ -1,4 +1,4 @@
-//! Runs `partprobe check labels`: what label files would be joined to a data set, and how, before anything is trained.
+//! Runs `partprobe check labels`: shows which label files would be joined to a data set, and how, before anything is trained.
 
 use crate::counted::counted;
 use crate::disk_files::DiskFiles;
@@ -45,10 +45,10 @@ pub(super) struct LabelsArgs {
     json: bool,
 }
 
-/// Problems are named up to this number, and counted beyond.
+/// The largest number of problems that are named. Further ones are only counted.
 const MAX_NAMED: usize = 10;
 
-/// Joins the labels to every shape, and prints what came of it.
+/// Joins the labels to every shape, and prints the result.
 pub(super) fn check_labels(args: &LabelsArgs) -> Result<()> {
     let context = context(args)?;
     if DiskFiles.kind(&args.labels) == PathKind::Missing {
@@ -80,7 +80,7 @@ pub(super) fn check_labels(args: &LabelsArgs) -> Result<()> {
     }
 }
 
-/// The types of label files by which these labels join to shapes of the data set, and none is refused.
+/// The types of label files with which these labels can be joined to shapes of the data set without refusals.
 ///
 /// # Errors
 /// If the data set cannot be read.
@@ -116,17 +116,17 @@ fn misuse(error: ImportError) -> UsageError {
     UsageError(error.to_string())
 }
 
-/// What came of the labels as one type.
+/// The result of reading the labels as one type.
 #[derive(Serialize)]
 struct TypeCheck {
     #[serde(rename = "type")]
     name: &'static str,
-    /// Why no shape is joined, if the type was not asked for.
+    /// The reason why no shape is joined, if the type was not given by the user.
     refused: Option<String>,
     shapes: Vec<ShapeCheck>,
     /// Label files, or entries of one, that no shape uses.
     unused: Vec<String>,
-    /// What to do if no label has the name of a shape.
+    /// Advice if no label has the name of a shape.
     hint: Option<String>,
 }
 
@@ -137,7 +137,7 @@ struct ShapeCheck {
     outcome: Outcome,
 }
 
-/// What came of the labels of one shape.
+/// The result for the labels of one shape.
 #[derive(Serialize)]
 #[serde(tag = "status", rename_all = "kebab-case")]
 enum Outcome {
@@ -145,7 +145,7 @@ enum Outcome {
     Whole { join: Join },
     /// Some have no label, or some labels are not used.
     Partly { join: Join },
-    /// Nothing is named after the shape.
+    /// No labels are named after the shape.
     WithoutLabels,
     /// The labels do not fit, or cannot be read.
     Refused { reason: String },
@@ -235,7 +235,7 @@ fn check_type(
     })
 }
 
-/// Why the first shape with a problem was not joined.
+/// The reason why the first shape with a problem was not joined.
 fn first_refusal(shapes: &[ShapeCheck]) -> Option<String> {
     let reason = |shape: &ShapeCheck| match &shape.outcome {
         Outcome::Refused { reason } => Some(format!("{}: {reason}", shape.id)),
@@ -244,7 +244,7 @@ fn first_refusal(shapes: &[ShapeCheck]) -> Option<String> {
     shapes.iter().find_map(reason)
 }
 
-/// What to do if no label has the name of a shape.
+/// Advice if no label has the name of a shape.
 fn without_names(labels: &[String], shapes: &[ShapeCheck]) -> String {
     let [label, shape] = [labels.first(), shapes.first().map(|shape| &shape.id)]
         .map(|name| name.map_or("", String::as_str));
@@ -293,7 +293,7 @@ fn join_of(report: JoinReport, n_labels: u32) -> Join {
 }
 
 impl TypeCheck {
-    /// Labels of which no shape has any as this type.
+    /// The result if no shape can use the labels as this type.
     fn refused(name: &'static str, reason: String) -> Self {
         Self {
             name,
@@ -304,7 +304,7 @@ impl TypeCheck {
         }
     }
 
-    /// Whether labels were joined, and none refused.
+    /// Whether labels were joined and none were refused.
     fn is_sound(&self) -> bool {
         self.count(Outcome::is_joined) > 0 && self.count(Outcome::is_refused) == 0
     }
@@ -316,7 +316,7 @@ impl TypeCheck {
             .count()
     }
 
-    /// How many shapes were joined in each way.
+    /// The number of shapes that were joined in each way.
     fn ways(&self) -> BTreeMap<&str, usize> {
         let mut ways = BTreeMap::new();
         for join in self.shapes.iter().filter_map(|shape| shape.outcome.join()) {
@@ -325,14 +325,14 @@ impl TypeCheck {
         ways
     }
 
-    /// What is not as it should be, shape by shape.
+    /// The problems, shape by shape.
     fn problems(&self) -> Vec<String> {
         let problem = |shape: &ShapeCheck| match &shape.outcome {
             Outcome::Partly { join } => Some(format!("{}: {}", shape.id, join.text)),
             Outcome::Refused { reason } => Some(format!("{}: refused: {reason}", shape.id)),
             Outcome::Whole { .. } | Outcome::WithoutLabels => None,
         };
-        // Refusals come first: they cost the most.
+        // Refusals come first, because they are the most serious.
         let (refused, others): (Vec<&ShapeCheck>, Vec<&ShapeCheck>) = self
             .shapes
             .iter()

@@ -1,8 +1,6 @@
-//! Runs `partprobe check`: whether a folder for another program is what that program needs, and whether label files fit a
-//! data set.
+//! Runs `partprobe check`: checks whether a folder for another program is valid, and whether label files fit a data set.
 //!
-//! What goes in is a folder that `export` or anybody else wrote; what comes out is a line for each problem.
-//! Nothing is written or mended.
+//! A folder from `export` or any other program goes in, and one line per problem comes out. Nothing is written or repaired.
 
 mod labels;
 mod pointcept;

@@ -1,4 +1,4 @@
-//! Runs `partprobe check pointcept`: every array of every shape, and no shape on two sides of the split.
+//! Runs `partprobe check pointcept`: checks every array of every shape, and that no shape is on two sides of the split.
 
 use crate::counted::counted;
 use crate::interrupt::Interrupt;
@@ -41,14 +41,14 @@ impl Shape {
     }
 }
 
-/// What one shape came to.
+/// The result of checking one shape.
 struct ShapeCheck {
     problems: Vec<String>,
-    /// Hash of the positions, where they could be read.
+    /// The hash of the positions, if they could be read.
     hash: Option<[u8; 32]>,
 }
 
-/// Checks the folder and prints a line for each problem.
+/// Checks the folder and prints one line per problem.
 pub(super) fn check_pointcept(args: &PointceptArgs) -> Result<()> {
     let mut problems = Vec::new();
     let shapes = shapes_in(&args.folder, &mut problems)?;
@@ -81,7 +81,7 @@ pub(super) fn check_pointcept(args: &PointceptArgs) -> Result<()> {
     Ok(())
 }
 
-/// The shapes of all sides, sorted; everything else in the folder of a side is a problem, because Pointcept opens it.
+/// The shapes of all sides, sorted. Everything else in the folder of a side is a problem, because Pointcept opens it.
 fn shapes_in(folder: &Path, problems: &mut Vec<String>) -> Result<Vec<Shape>> {
     let mut shapes = Vec::new();
     for side in SIDES {
@@ -166,7 +166,7 @@ fn check_shape(shape: &Shape, n_classes: u16) -> ShapeCheck {
     }
 }
 
-/// Shapes of one name or with the same points, on two sides.
+/// Shapes on two sides with the same name or the same points.
 fn twins(shapes: &[Shape], checked: &[ShapeCheck]) -> Vec<String> {
     let mut problems = Vec::new();
     let mut first_of_name: BTreeMap<&str, &Shape> = BTreeMap::new();
@@ -190,7 +190,7 @@ fn twins(shapes: &[Shape], checked: &[ShapeCheck]) -> Vec<String> {
     problems
 }
 
-/// What `shapes.jsonl` says otherwise, where there is one: relatives on two sides, and shapes that are gone.
+/// The contradictions to `shapes.jsonl`, if it exists: related shapes on two sides, and missing shapes.
 fn against_list(folder: &Path, shapes: &[Shape]) -> Result<Vec<String>> {
     let path = folder.join(SHAPES_FILE);
     let Ok(text) = fs::read_to_string(&path) else {

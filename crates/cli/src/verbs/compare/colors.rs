@@ -1,15 +1,15 @@
-//! Colors of the sources in figures, and the places of several panels.
+//! Defines the colors of the sources in figures, and the places of several panels.
 
 use partprobe_calibration::plot::Panel;
 
-/// Colors that most color-blind readers can tell apart on white (Okabe and Ito 2008), then grays.
+/// Colors that most color-blind readers can distinguish on white (Okabe and Ito 2008), and then grays.
 const COLORS: [&str; 8] = [
     "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000", "#888888",
 ];
 
-/// Panels side by side in a row of a figure.
+/// The number of panels in a row of a figure.
 const PANELS_IN_ROW: usize = 3;
-/// Width and height that a panel takes with its labels.
+/// The width and height of a panel with its labels.
 const CELL: [f64; 2] = [300.0, 250.0];
 
 /// The color of the source at this index.
@@ -17,7 +17,7 @@ pub(super) fn color(idx: usize) -> &'static str {
     COLORS[idx % COLORS.len()]
 }
 
-/// The width and height of a figure of so many panels.
+/// The width and height of a figure with this number of panels.
 pub(super) fn size(n_panels: usize) -> [f64; 2] {
     let n_columns = n_panels.clamp(1, PANELS_IN_ROW);
     let n_rows = n_panels.div_ceil(PANELS_IN_ROW).max(1);

@@ -1,12 +1,12 @@
-//! Plots labels of a source against parts of the reference, one dot per shape; the dashed line is equality (the paper's
-//! scatter plot).
+//! Plots labels of a source against parts of the reference, one dot per shape. The dashed line is equality (the paper's scatter
+//! plot).
 
 use super::colors::{color, panel, size};
 use partprobe_calibration::plot::{opening, text};
 use partprobe_eval::{AgreementRow, AgreementTable};
 use std::fmt::Write as _;
 
-/// Draws one panel per source; both axes are the same in all panels and end at the largest count.
+/// Draws one panel per source. Both axes are the same in all panels and end at the largest count.
 pub(super) fn counts_svg(tables: &[&AgreementTable], rows: &[&AgreementRow]) -> String {
     let [width, height] = size(tables.len());
     let mut svg = opening(width, height);

@@ -24,7 +24,7 @@ pub(super) fn thickness_svg(tables: &[&AgreementTable]) -> String {
     )
 }
 
-/// Bins stand side by side at equal distances: their limits double from one to the next.
+/// Bins are at equal distances, because their limits double from one to the next.
 fn curve_svg(
     tables: &[&AgreementTable],
     title: &str,

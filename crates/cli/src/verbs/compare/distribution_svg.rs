@@ -1,4 +1,4 @@
-//! Plots how the mIoU is distributed over shapes, with its mean as a dashed line (the paper's histogram).
+//! Plots the distribution of the mIoU over shapes, with its mean as a dashed line (the paper's histogram).
 
 use super::colors::{color, panel, size};
 use partprobe_calibration::plot::{Panel, opening, text};

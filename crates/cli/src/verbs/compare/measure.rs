@@ -14,7 +14,7 @@ use partprobe_transfer::{
     Channel, LabeledSurface, Limits, Query, Surface, Target, carry, queries_of,
 };
 
-/// What every shape is measured with.
+/// The settings with which every shape is measured.
 pub(super) struct Comparison {
     pub(super) reference: BoxedSource,
     pub(super) sources: Vec<BoxedSource>,
@@ -23,7 +23,7 @@ pub(super) struct Comparison {
     pub(super) seed: u64,
 }
 
-/// What was measured of one shape, or of all shapes together.
+/// The measurements of one shape, or of all shapes together.
 #[derive(Debug, Default)]
 pub(super) struct MeasuredShape {
     pub(super) rows: Vec<AgreementRow>,
@@ -32,14 +32,14 @@ pub(super) struct MeasuredShape {
     pub(super) n_damaged: usize,
 }
 
-/// A shape that cannot be compared at all, and the source that is to blame if there is one.
+/// A shape that cannot be compared at all, and the source that refuses it, if there is one.
 #[derive(Debug)]
 pub(super) struct MeasureError {
     pub(super) source: Option<String>,
     pub(super) reason: String,
 }
 
-/// Where points are on a shape, and everything that is asked of them.
+/// The positions of points on a shape, with all measures of them.
 pub(crate) struct Positions {
     border_distance: Vec<f64>,
     thickness: Vec<f64>,
@@ -165,7 +165,7 @@ impl ComparedShape<'_> {
         Ok(agreement(&of_points, &self.own, self.positions.lists())?)
     }
 
-    /// The labels of the points. `index` asks a rule that cuts through triangles at each point.
+    /// The labels of the points. With `index`, a rule that divides triangles is evaluated at each point.
     fn through(&self, labels: &SourceLabels, channel: Channel) -> Result<Vec<i32>> {
         if channel == Channel::Index {
             return Ok(labels.label_of_points(&self.sample)?);

@@ -1,8 +1,8 @@
-//! Runs `partprobe compare`: how well label sources agree with a reference source, without any training (paper §4.4).
+//! Runs `partprobe compare`: measures the agreement of label sources with a reference source, without any training (paper §4.4).
 //!
-//! What goes in are shapes and names of sources; tables come out on stdout, and with `--out` as Markdown, CSV, JSON and
-//! SVG. Every score and table is made by `partprobe_eval`, every transfer of labels by `partprobe_transfer`; this module
-//! reads shapes, draws figures and writes files.
+//! Shapes and names of sources go in. Tables come out on stdout, and with `--out` as Markdown, CSV, JSON and SVG.
+//! `partprobe_eval` makes every score and table, and `partprobe_transfer` transfers labels. This module reads shapes, draws
+//! figures and writes files.
 
 mod colors;
 mod complexity_svg;

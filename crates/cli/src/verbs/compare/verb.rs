@@ -22,7 +22,7 @@ use partprobe_eval::{
 use partprobe_transfer::Channel;
 use std::path::{Path, PathBuf};
 
-/// Shapes that are measured between two looks at Ctrl-C; it decides nothing else.
+/// The number of shapes that are measured between two checks for Ctrl-C. It has no other effect.
 const SHAPES_AT_ONCE: usize = 16;
 /// Bootstrap draws of the intervals.
 const DRAWS: usize = 2000;
@@ -92,7 +92,7 @@ impl ChannelName {
 /// Measures the agreement of the sources on every shape and prints the tables.
 ///
 /// # Errors
-/// If an argument cannot be meant, no shape could be compared, or a file cannot be written.
+/// If an argument is invalid, no shape could be compared, or a file cannot be written.
 pub(crate) fn compare(args: &CompareArgs) -> Result<()> {
     let comparison = comparison(args)?;
     args.choice.check()?;
@@ -166,7 +166,7 @@ fn table_settings(comparison: &Comparison) -> AgreementTablesSettings {
     }
 }
 
-/// Measures the chosen shapes; rows are in the order of the shapes' ids, whichever thread was faster.
+/// Measures the chosen shapes. Rows are in the order of the shapes' ids, for any speed of the threads.
 fn measure(
     comparison: &Comparison,
     args: &CompareArgs,

@@ -1,4 +1,4 @@
-//! Defines what an embedding file has a row for, and makes its bytes.
+//! Defines the rows of an embedding file, and makes its bytes.
 
 use super::input::EmbedInput;
 use crate::backbone::Backbone;
@@ -10,7 +10,7 @@ use partprobe_net::Tokens;
 use std::fs;
 use std::path::Path;
 
-/// The member that says of which shape a file was made.
+/// The member with the hash of the embedded shape.
 const INPUT_SHA256: &str = "input_sha256";
 
 /// What an embedding file has a row for.
@@ -49,7 +49,7 @@ impl Form {
     /// The bytes of the embedding file of a shape.
     ///
     /// # Errors
-    /// If the shape cannot be embedded, or has no faces although a row for each is asked for.
+    /// If the shape cannot be embedded, or has no faces although one row per face is requested.
     pub(super) fn file(
         self,
         shape: &EmbedInput,
@@ -83,7 +83,7 @@ impl Form {
     }
 }
 
-/// Whether an embedding file was made of this shape. Files of earlier programs do not say it, and are taken as they are.
+/// Whether an embedding file was made from this shape. Files of earlier programs do not record this, and are accepted.
 ///
 /// # Errors
 /// If the file cannot be read.
@@ -135,7 +135,7 @@ fn add(sum: &mut [f64], row: &[f32], weight: f64) {
     }
 }
 
-/// The vector with length 1; zeros stay zeros.
+/// The vector with length 1. A zero vector is not changed.
 fn direction(sum: &[f64]) -> Vec<f32> {
     let length = sum.iter().map(|value| value * value).sum::<f64>().sqrt();
     let scale = if length > 0.0 { length.recip() } else { 0.0 };

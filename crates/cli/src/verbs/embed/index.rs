@@ -1,4 +1,4 @@
-//! Defines the index of a folder of embeddings: a line for each shape, with its file or the reason why it has none.
+//! Defines the index of a folder of embeddings: one line per shape, with its file or the reason why it has none.
 
 use anyhow::{Context, Result};
 use partprobe_dataset::{json_lines, write_atomically};
@@ -14,13 +14,13 @@ const FILE: &str = "index.jsonl";
 /// A shape with its file, or an input that could not be embedded.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
 pub(super) struct IndexLine {
-    /// The id of the shape; of an input that could not be read, its name.
+    /// The id of the shape, or the name of an input that could not be read.
     pub(super) id: String,
-    /// The file or the shape that it was read from.
+    /// The file or the shape from which it was read.
     source: String,
-    /// The embedding file, relative to the folder; `None` if it could not be embedded.
+    /// The embedding file, relative to the folder, or `None` if it could not be embedded.
     pub(super) file: Option<String>,
-    /// Why there is no file.
+    /// The reason why there is no file.
     reason: Option<String>,
 }
 
@@ -79,8 +79,8 @@ pub(super) fn read_index(folder: &Path) -> Result<Vec<IndexLine>> {
     (1..).zip(text.lines()).map(read).collect()
 }
 
-/// Writes the index of a folder. Lines of former calls stay, unless a line of the same id takes their place, or an input that failed was
-/// tried again.
+/// Writes the index of a folder. Lines of previous calls are kept, unless a line with the same id replaces them, or an input that
+/// failed was tried again.
 ///
 /// # Errors
 /// If the index cannot be written.

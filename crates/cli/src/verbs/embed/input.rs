@@ -1,4 +1,5 @@
-//! Turns files with a surface or points, and the shapes of folders and data sets, into the point samples that a backbone embeds.
+//! Makes the point samples that a backbone embeds, from files with a surface or points, and from the shapes of folders and data
+//! sets.
 
 use crate::config::{Attribute, Config, NormalConfig};
 use crate::label::carriers_of_path;
@@ -19,7 +20,7 @@ use sha2::{Digest, Sha256};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Points that are embedded together, under the name that their file gets.
+/// Points that are embedded together, with the name of their file.
 pub(super) struct EmbedInput {
     pub(super) id: String,
     pub(super) sample: PointSample,
@@ -27,7 +28,7 @@ pub(super) struct EmbedInput {
     pub(super) faces: Option<SampledFaces>,
 }
 
-/// Which face each point lies on.
+/// The face of each point.
 pub(super) struct SampledFaces {
     pub(super) of_point: Vec<u32>,
     /// The number of faces.
@@ -35,7 +36,7 @@ pub(super) struct SampledFaces {
 }
 
 impl EmbedInput {
-    /// The SHA-256 of all that the embedding depends on: points, normals, and the face of each point.
+    /// The SHA-256 of all data on which the embedding depends: points, normals, and the face of each point.
     pub(super) fn sha256(&self) -> [u8; 32] {
         let mut digest = Sha256::new();
         for rows in [&self.sample.points, &self.sample.normals] {
@@ -66,7 +67,7 @@ impl EmbedInput {
 
 /// A file, or a shape of a folder, an archive, a list or a data set.
 pub(super) enum Input {
-    /// A file, and what its ids begin with, if another file of the call has the same name.
+    /// A file, and a prefix of its ids if another file of the call has the same name.
     File(PathBuf, Option<String>),
     Shape(ShapeInput),
     /// A file of a folder without a shape.
@@ -74,7 +75,7 @@ pub(super) enum Input {
 }
 
 impl Input {
-    /// What messages and the index call it.
+    /// Its name in messages and the index.
     pub(super) fn name(&self) -> String {
         match self {
             Self::File(path, _) => path.display().to_string(),
@@ -110,7 +111,7 @@ impl Input {
 /// All inputs of a call.
 pub(super) struct Inputs {
     list: Vec<Input>,
-    /// They hold the folders in which files were labeled on the way.
+    /// The opened inputs, which keep the folders with the files that were labeled on the way.
     _opened: Vec<ShapeInputs>,
 }
 
@@ -163,8 +164,8 @@ fn folder_if_ambiguous(path: &Path, paths: &[PathBuf]) -> Option<String> {
     Some(folder.to_string_lossy().into_owned())
 }
 
-/// Whether the reader of shapes that all verbs share takes a path: the standard input, a folder, an archive, a list, or rows of
-/// numbers. Any other file is read here.
+/// Whether a path is read by the reader of shapes that all verbs share: the standard input, a folder, an archive, a list, or rows
+/// of numbers. Any other file is read in this module.
 fn is_for_the_shared_reader(path: &Path) -> bool {
     if is_standard_input(path) {
         return true;
@@ -177,12 +178,12 @@ fn is_for_the_shared_reader(path: &Path) -> bool {
     path.is_dir() || (path.is_file() && (is_many || is_rows))
 }
 
-/// The shapes of a file: of a STEP file each of its shapes, of any other file one.
+/// The shapes of a file: a STEP file gives all of its shapes, and any other file gives one.
 ///
-/// Surfaces are sampled by the settings of `[sample]`; points are taken as they are.
+/// Surfaces are sampled by the settings of `[sample]`. Points are used without changes.
 ///
 /// # Errors
-/// If the file cannot be read, is of no known kind, or holds nothing that could be embedded.
+/// If the file cannot be read, is not of a known kind, or has nothing that could be embedded.
 pub(super) fn shapes_of_path(path: &Path, config: &Config) -> Result<Vec<EmbedInput>> {
     ensure!(path.exists(), "it does not exist");
     let name = path.file_name().unwrap_or_default().to_string_lossy();
@@ -233,7 +234,7 @@ fn carriers(path: &Path, config: &Config) -> Result<Vec<EmbedInput>> {
         .collect()
 }
 
-/// A mesh without true surfaces has the normals of its triangles with any settings.
+/// The sample of a mesh. It always has the normals of the triangles, because there are no true surfaces.
 fn sample_of_mesh(id: &str, mesh: &Mesh, config: &Config) -> Result<PointSample> {
     let rng = &mut keyed_rng(config.sample.seed, &["sample", id]);
     Ok(sample_by_area(
@@ -260,7 +261,7 @@ fn sample_of_points(points: Vec<[f32; 3]>, normals: Vec<[f32; 3]>) -> Result<Poi
     })
 }
 
-/// The members `points` and `normals` of an archive; `None` if it has no `points`, such as a carrier.
+/// The members `points` and `normals` of an archive. Returns `None` if it has no `points`, such as a carrier.
 fn sample_of_npz(bytes: &[u8]) -> Result<Option<PointSample>> {
     let mut members = arrays_from_npz(bytes)?;
     if members.array("points").is_none() {

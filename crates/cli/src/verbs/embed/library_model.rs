@@ -1,4 +1,5 @@
-//! Says by which backbone a folder of embeddings was made, so that no other one adds to it, and so that `nearest` can embed a query alike.
+//! Records the backbone of a folder of embeddings, so that no other backbone adds to it, and so that `nearest` can embed a query
+//! in the same way.
 
 use super::form::Form;
 use crate::backbone::BackboneArgs;
@@ -18,13 +19,13 @@ const FORMAT_VERSION: u32 = 1;
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
 pub(super) struct LibraryModel {
     format_version: u32,
-    /// What has a row.
+    /// The form of the rows.
     pub(super) form: String,
-    /// The run folder or the file of weights, as an absolute path, and which backbone of it.
+    /// The run folder or the file of weights, as an absolute path, and the choice of the backbone.
     pub(super) backbone: BackboneArgs,
     /// The SHA-256 of the weights.
     weights_sha256: String,
-    /// What the user has set.
+    /// The settings of the user.
     pub(super) set: Vec<String>,
 }
 
@@ -46,7 +47,7 @@ impl LibraryModel {
     /// The backbone of a folder of embeddings.
     ///
     /// # Errors
-    /// If the folder does not say it.
+    /// If the folder does not contain it.
     pub(super) fn read(folder: &Path) -> Result<Self> {
         let path = folder.join(FILE);
         ensure!(

@@ -1,4 +1,5 @@
-//! Runs `partprobe embed`: a trained backbone on any STEP file, carrier, mesh or point cloud. Runs `partprobe nearest` on what it has written.
+//! Runs `partprobe embed`: applies a trained backbone to any STEP file, carrier, mesh or point cloud. Runs `partprobe nearest` on
+//! the result.
 
 mod form;
 mod index;

@@ -1,7 +1,8 @@
-//! Runs `partprobe nearest`: the shapes of a library that are most like a query.
+//! Runs `partprobe nearest`: finds the shapes of a library that are most similar to a query.
 //!
-//! A folder that `embed --form shapes` wrote and files of any kind that `embed` reads go in, a table of ids and cosines comes out. The search
-//! compares the query with every shape of the library: with 128 numbers per shape, a search tree looks at nearly all of them too.
+//! A folder that `embed --form shapes` wrote and files of any kind that `embed` reads go in, and a table of ids and cosines comes
+//! out. The search compares the query with every shape of the library. With 128 numbers per shape, a search tree would also visit
+//! nearly all of them.
 
 use super::form::{Form, shape_row};
 use super::index::read_index;
@@ -51,7 +52,7 @@ pub(crate) struct NearestArgs {
     execution: ExecutionArgs,
 }
 
-/// A shape of the library that is like a query.
+/// A shape of the library that is similar to a query.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 struct Found {
     query: String,
@@ -63,7 +64,7 @@ struct Found {
 /// Searches for each query.
 ///
 /// # Errors
-/// If the folder is not a library, its backbone is not there any more, or a query cannot be read.
+/// If the folder is not a library, its backbone does not exist any more, or a query cannot be read.
 pub(crate) fn nearest(args: &NearestArgs) -> Result<ExitCode> {
     let execution = Execution::new(&args.execution)?;
     let model = LibraryModel::read(&args.library)?;
@@ -177,7 +178,7 @@ impl Library {
         ))
     }
 
-    /// The shapes with the largest cosines, the largest first, the lower id at a tie.
+    /// The shapes with the largest cosines. The largest cosine comes first, and in a tie the lower id.
     fn nearest(&self, query: &str, row: &[f32], most: usize) -> Vec<Found> {
         let cosine = |other: &[f32]| -> f64 {
             let products = row.iter().zip(other);

@@ -60,7 +60,7 @@ pub(crate) struct EmbedArgs {
     execution: ExecutionArgs,
 }
 
-/// Embeds each shape; one that fails is named, and does not keep the others from being embedded.
+/// Embeds each shape. A shape that fails is named, and the others are still embedded.
 ///
 /// # Errors
 /// If the run has no such backbone, a shape could not be embedded, or the output cannot be written.
@@ -80,7 +80,7 @@ pub(crate) fn embed(args: &EmbedArgs) -> Result<ExitCode> {
     let mut n_kept = 0;
     let bar = execution.progress.bar("embed", inputs.list().len());
     for input in inputs.list() {
-        // What cannot be read concerns one input; what cannot be written concerns all that follow.
+        // A read error concerns one input, but a write error concerns all following ones.
         match args.embedded_input(input, &backbone, &sources) {
             Ok(files) => {
                 for (id, file, bytes) in files {
@@ -113,7 +113,7 @@ pub(crate) fn embed(args: &EmbedArgs) -> Result<ExitCode> {
     conclude(&args.out, &lines)
 }
 
-/// Writes the index, and says how many could not be embedded.
+/// Writes the index, and reports how many inputs could not be embedded.
 fn conclude(out: &Path, lines: &[IndexLine]) -> Result<ExitCode> {
     let n_failed = lines.iter().filter(|line| line.is_failed()).count();
     ensure!(n_failed < lines.len(), "no file could be embedded");
@@ -126,11 +126,11 @@ fn conclude(out: &Path, lines: &[IndexLine]) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The id of a shape, its file, and the bytes; no bytes if the file is there already.
+/// The id of a shape, its file, and the bytes. There are no bytes if the file already exists.
 type EmbeddedFile = (String, PathBuf, Option<Vec<u8>>);
 
 impl EmbedArgs {
-    /// The embedding files of the shapes of an input. `sources` says which inputs of this call have which ids already.
+    /// The embedding files of the shapes of an input. `sources` has the inputs of this call by their ids so far.
     fn embedded_input(
         &self,
         input: &Input,
@@ -151,7 +151,7 @@ impl EmbedArgs {
                 "two of its shapes have the id {}",
                 shape.id
             );
-            // A file of another shape under this name is an older version of the input.
+            // A file of another shape with this name is an older version of the input.
             if self.resume && file.exists() && is_of(&file, &shape)? {
                 files.push((shape.id, file, None));
                 continue;

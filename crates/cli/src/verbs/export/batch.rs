@@ -1,4 +1,4 @@
-//! Passes every shape through one writer, on several threads, in the order that was asked for.
+//! Passes every shape through one writer, on several threads, in the requested order.
 
 use super::folder::ExportFolder;
 use super::shape_line::{SHAPES_FILE, ShapeLine};
@@ -18,15 +18,15 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Failures are named on stderr up to this number, and counted beyond; `shapes.jsonl` names them all.
+/// The largest number of failures that are named on stderr. `shapes.jsonl` names all of them.
 const MAX_WARNINGS: usize = 10;
-/// Shapes that a thread works on before their results are taken.
+/// The number of shapes that a thread processes before their results are taken.
 const SHAPES_PER_THREAD: usize = 16;
 
 /// The files of a shape: paths below the export, and bytes.
 pub(super) type Files = Vec<(PathBuf, Vec<u8>)>;
 
-/// What every export needs apart from its shapes.
+/// The data that every export needs in addition to its shapes.
 pub(super) struct Batch<'a> {
     pub(super) folder: &'a ExportFolder,
     pub(super) interrupt: &'a Interrupt,
@@ -34,10 +34,10 @@ pub(super) struct Batch<'a> {
 }
 
 impl Batch<'_> {
-    /// Reads each carrier and gives what `work` makes of it, in the order of the shapes.
+    /// Reads each carrier and returns the results of `work`, in the order of the shapes.
     ///
     /// # Errors
-    /// If the user stops the batch, or something cannot be written; a shape that cannot be read is a result like any other.
+    /// If the user stops the batch, or something cannot be written. A shape that cannot be read is a result like any other.
     pub(super) fn map<T: Send>(
         &self,
         what: &str,
@@ -52,7 +52,7 @@ impl Batch<'_> {
         Ok(all)
     }
 
-    /// Reads each carrier and hands what `work` makes of it to `take`, in the order of the shapes. Few results are in memory
+    /// Reads each carrier and passes the result of `work` to `take`, in the order of the shapes. Only few results are in memory
     /// at a time.
     ///
     /// # Errors
@@ -117,7 +117,7 @@ impl Batch<'_> {
         )
     }
 
-    /// Writes the files that `files_of` makes of each shape, and gives a line for each.
+    /// Writes the files that `files_of` makes for each shape, and returns one line per shape.
     pub(super) fn write(
         &self,
         shapes: &[&ShapeInput],
@@ -138,10 +138,10 @@ impl Batch<'_> {
         Ok(shapes.iter().zip(done).map(line).collect())
     }
 
-    /// Writes `shapes.jsonl`, names what failed, and says what was done.
+    /// Writes `shapes.jsonl`, names the failed shapes, and prints a summary.
     ///
     /// # Errors
-    /// If no shape was written, or a carrier is not what was labeled.
+    /// If no shape was written, or a carrier is not the one that was labeled.
     pub(super) fn conclude(&self, lines: &[ShapeLine]) -> Result<()> {
         self.folder
             .write(Path::new(SHAPES_FILE), &json_lines(lines)?)?;

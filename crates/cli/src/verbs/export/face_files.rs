@@ -22,7 +22,7 @@ enum TableFormat {
     Csv,
 }
 
-/// The adjacency as JSON: equal lists side by side, which pandas and NumPy take as they are.
+/// The adjacency as JSON: lists of equal length, which pandas and NumPy can use directly.
 #[derive(Serialize)]
 struct Adjacency<'a> {
     format_version: u32,
@@ -46,7 +46,7 @@ struct Edges {
     /// Indices of the two faces.
     faces: Vec<[u32; 2]>,
     step_ids: Vec<[u64; 2]>,
-    /// Null where the angle is undefined.
+    /// The angles. An undefined angle is null.
     phi: Vec<Option<f64>>,
     length: Vec<f64>,
 }

@@ -10,25 +10,25 @@ use serde_json::{Value, json};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// The file with the settings, written first; it tells an export from other folders.
+/// The file with the settings. It is written first, and distinguishes an export from other folders.
 const SETTINGS_FILE: &str = "export.json";
 /// The endings that every export may write: its settings, its list of shapes, and the carriers of files that it labels
 /// on the way. The endings of the formats are in their list.
 const COMMON_EXTENSIONS: [&str; 3] = ["json", "jsonl", "npz"];
 
-/// Where files go.
+/// The output folder.
 #[derive(Debug)]
 pub(super) struct ExportFolder {
     root: PathBuf,
-    /// Held for as long as this value lives.
+    /// The lock, which is held as long as this value exists.
     _lock: FolderLock,
 }
 
 impl ExportFolder {
-    /// Makes the folder; with `--force` it replaces the export that stands there.
+    /// Makes the folder. With `--force`, it replaces an existing export.
     ///
     /// # Errors
-    /// If another program exports into it, or it holds anything that may not be replaced.
+    /// If another program exports into it, or it has a file that may not be replaced.
     pub(super) fn make(root: &Path, replace: Replace, inputs: &[PathBuf]) -> Result<Self> {
         make_folder(root)?;
         let lock = FolderLock::take(root, "exporting into")?;
@@ -52,12 +52,12 @@ impl ExportFolder {
         })
     }
 
-    /// Where files are labeled on the way, where that is needed.
+    /// The folder for files that are labeled on the way, if there are any.
     pub(super) fn scratch(&self) -> PathBuf {
         self.root.join(".labelled")
     }
 
-    /// Writes a file whole, below the folder.
+    /// Writes a file at once, below the folder.
     pub(super) fn write(&self, relative: &Path, bytes: &[u8]) -> Result<()> {
         let path = self.root.join(relative);
         if let Some(parent) = path.parent() {
@@ -66,7 +66,7 @@ impl ExportFolder {
         Ok(write_atomically(&path, bytes)?)
     }
 
-    /// Writes `export.json`: the format and every setting that decides the bytes of the files.
+    /// Writes `export.json`: the format and every setting that determines the bytes of the files.
     pub(super) fn write_settings(&self, format: &str, settings: &Value) -> Result<()> {
         let document = json!({
             "format_version": partprobe_formats::FORMAT_VERSION,
@@ -77,9 +77,9 @@ impl ExportFolder {
         self.write(Path::new(SETTINGS_FILE), &json_document(&document)?)
     }
 
-    /// Takes the settings away again, and the folder with them, where no shape was found.
+    /// Removes the settings and the folder, if no shape was found.
     pub(super) fn abandon(&self) {
-        // What cannot be removed does no harm: the error that is reported says what went wrong.
+        // A failed removal does no harm, because the original error is reported.
         let _ = fs::remove_file(self.root.join(SETTINGS_FILE));
         let _ = fs::remove_dir(&self.root);
     }
@@ -89,17 +89,17 @@ impl ExportFolder {
     }
 }
 
-/// What happens to a folder that is not empty.
+/// The content of a folder that may be replaced.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Replace {
     /// It is refused.
     Nothing,
-    /// An export with these files is removed, anything else is refused.
+    /// An export with these files is removed. Anything else is refused.
     Export(&'static [Outputs]),
 }
 
-/// Empties the folder of an export, finished or not; anything else in it is a reason to refuse. The folder itself stays, as
-/// the lock is on it.
+/// Empties the folder of an export, finished or not. It refuses to do so if there are other files. The folder itself is kept,
+/// because it is locked.
 fn remove_export(root: &Path, inputs: &[PathBuf], known: &[Outputs]) -> Result<()> {
     let root = &root
         .canonicalize()
@@ -169,7 +169,7 @@ fn foreign_file(root: &Path, known: &[Outputs]) -> Result<Option<PathBuf>> {
     Ok(None)
 }
 
-/// Whether some format, or every export, writes files of this name or ending.
+/// Whether a format, or every export, writes files with this name or ending.
 fn is_of_an_exporter(name: &str, extension: &str, known: &[Outputs]) -> bool {
     let is_of = |outputs: &Outputs| {
         outputs.extensions.contains(&extension) || outputs.file_names.contains(&name)

@@ -1,4 +1,4 @@
-//! Lists the formats of `export`: a line for each makes its subcommand, and tells which files it writes.
+//! Lists the formats of `export`: one line per format defines its subcommand and its files.
 
 use super::exporter::Exporter;
 use super::face_files::BrepnetArgs;
@@ -11,7 +11,7 @@ use super::pointcept::PointceptArgs;
 use super::webdataset::WebdatasetArgs;
 use anyhow::Result;
 
-/// Makes the subcommands and the list of their files from one line for each format.
+/// Makes the subcommands and the list of their files from one line per format.
 macro_rules! exporters {
     ($($(#[$help:meta])* $variant:ident($args:ty),)*) => {
         /// The formats.
@@ -32,7 +32,7 @@ macro_rules! exporters {
             }
         }
 
-        /// What each format writes, in the order of the list.
+        /// The files of each format, in the order of the list.
         pub(super) const OUTPUTS: &[Outputs] = &[$(Outputs {
             extensions: <$args as Exporter>::EXTENSIONS,
             file_names: <$args as Exporter>::FILE_NAMES,

@@ -1,4 +1,4 @@
-//! Exports a mesh for each shape: `glb`, `ply` and `obj`.
+//! Exports one mesh per shape: `glb`, `ply` and `obj`.
 
 use super::batch::Files;
 use super::common_args::CommonArgs;
@@ -74,7 +74,7 @@ pub(super) struct ObjArgs {
     vertices: Vertices,
 }
 
-/// Mesh files hold triangles.
+/// Refuses a cloud, because mesh files have triangles.
 fn ensure_surface(carrier: &Carrier) -> Result<()> {
     ensure!(
         carrier.kind() != ShapeKind::Cloud,
@@ -213,7 +213,7 @@ pub(super) fn labeled_mesh(
     })
 }
 
-/// A path with an extension behind the whole name: ids may hold points.
+/// A path with an extension after the whole name, because ids may contain dots.
 pub(super) fn with_suffix(stem: &Path, extension: &str) -> PathBuf {
     let mut path = stem.as_os_str().to_owned();
     path.push(".");

@@ -1,8 +1,8 @@
 //! Runs `partprobe export`: it writes labeled shapes in the formats of other programs.
 //!
-//! What goes in are carriers (or files, which are labeled first); what comes out is a folder with the files of each
-//! shape, `export.json` with the settings and, written last, `shapes.jsonl` with a line for each shape.
-//! `predict` writes the same kind of folder. No label of an export is computed here: part, type, face and layers are those of the carrier.
+//! Carriers (or files, which are labeled first) go in, and a folder comes out. It has the files of each shape, `export.json` with
+//! the settings and, written last, `shapes.jsonl` with one line per shape. `predict` writes the same kind of folder. No label of
+//! an export is computed here: part, type, face and layers are those of the carrier.
 
 mod batch;
 mod common_args;

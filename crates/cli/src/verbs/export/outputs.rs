@@ -5,6 +5,6 @@
 pub(super) struct Outputs {
     /// The endings of its files, without the dot.
     pub(super) extensions: &'static [&'static str],
-    /// The whole names of its files that no ending stands for.
+    /// The whole names of its files that are not covered by an ending.
     pub(super) file_names: &'static [&'static str],
 }

@@ -1,7 +1,7 @@
 //! Writes tables of labeled shapes: `partprobe export parquet`.
 //!
-//! A row is a shape. Its faces and edges are lists, so that a file needs no join. All files of an export have the same columns:
-//! the layers of all shapes are looked for first.
+//! A row is a shape. Its faces and edges are lists, so no join is needed. All files of an export have the same columns, because
+//! the layers of all shapes are found first.
 
 use super::common_args::FolderArgs;
 use super::exporter::Exporter;
@@ -45,7 +45,7 @@ impl Exporter for ParquetArgs {
         session
             .batch()
             .for_each("look", &shapes, look, |_, found| {
-                // A shape that cannot be read is named when its row is asked for.
+                // A shape that cannot be read is reported when its row is made.
                 layers.extend(found.unwrap_or_default());
                 Ok(())
             })?;

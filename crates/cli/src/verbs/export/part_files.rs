@@ -1,4 +1,4 @@
-//! Exports a mesh for each part of a shape: `parts`.
+//! Exports one mesh per part of a shape: `parts`.
 
 use super::batch::Files;
 use super::common_args::CommonArgs;
@@ -81,7 +81,7 @@ impl ShapeExporter for PartsArgs {
     }
 }
 
-/// `parts.json`: what the meshes of one shape are.
+/// `parts.json`: the description of the meshes of one shape.
 #[derive(Serialize)]
 struct PartList<'a> {
     format_version: u32,
@@ -98,14 +98,14 @@ struct PartEntry {
     file: Option<String>,
     faces: Vec<usize>,
     step_ids: Vec<u64>,
-    /// How many of its faces have each primitive type.
+    /// The number of its faces by primitive type.
     types: BTreeMap<&'static str, usize>,
-    /// Of the surfaces, in square millimeters.
+    /// The area of the surfaces, in square millimeters.
     area: f64,
     n_triangles: usize,
 }
 
-/// The labels that faces have, in order; faces without one (−1) do not make a part.
+/// The parts of the labels of faces, in the order of the labels. Faces without a label (−1) do not make a part.
 fn part_entries(carrier: &Carrier, numbers: &[i32]) -> Vec<PartEntry> {
     let mut faces_of: BTreeMap<i32, Vec<usize>> = BTreeMap::new();
     for (face, &number) in numbers

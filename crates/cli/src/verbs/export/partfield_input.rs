@@ -1,8 +1,8 @@
-//! Writes what PartField reads, and the map that its results come back by: `partprobe export partfield-input`.
+//! Writes the input of PartField, and the map for importing its results: `partprobe export partfield-input`.
 //!
-//! PartField names its files after its input, cuts names at `.` and `_`, and moves and scales each mesh without a note. So
-//! each shape gets a plain name and one OBJ file, and `map.json` keeps which shape it is, where it was, and which triangle of
-//! the carrier each triangle of the mesh lies in. The type `partfield` of imported labels reads the map.
+//! PartField names its files after its input, cuts names at `.` and `_`, and moves and scales each mesh without recording it. So
+//! each shape gets a plain name and one OBJ file, and `map.json` records its id, its original position, and for each triangle of
+//! the mesh the triangle of the carrier that contains it. The type `partfield` of imported labels reads the map.
 
 use super::batch::portable;
 use super::common_args::FolderArgs;
@@ -92,10 +92,10 @@ impl Exporter for PartFieldInputArgs {
 }
 
 impl PartFieldInputArgs {
-    /// Writes the two files of a shape, and gives its entry in the map.
+    /// Writes the two files of a shape, and returns its entry in the map.
     ///
     /// # Errors
-    /// If PartField cannot take the shape, or a file cannot be written.
+    /// If PartField cannot use the shape, or a file cannot be written.
     fn write_shape(
         &self,
         session: &ExportSession,
@@ -114,7 +114,7 @@ impl PartFieldInputArgs {
         let array = Array::vector(made.parent.clone());
         session.folder.write(&parents, &array_to_npy(&array))?;
         Ok(PartFieldShape {
-            // Results are looked up by the id that the carrier itself has.
+            // Results are found by the id in the carrier itself.
             id: carrier.meta().id.clone(),
             source: shape.source.clone(),
             mesh: portable(&mesh),

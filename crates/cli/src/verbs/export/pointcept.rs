@@ -1,5 +1,5 @@
-//! Runs `partprobe export pointcept`: it writes points with normals, classes and instances; related shapes stay on one
-//! side of the split.
+//! Runs `partprobe export pointcept`: it writes points with normals, classes and instances. Related shapes are on the same side
+//! of the split.
 
 use super::batch::Files;
 use super::common_args::CommonArgs;
@@ -27,11 +27,11 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::str::FromStr;
 
-/// The sides, as Pointcept names them.
+/// The names of the sides in Pointcept.
 pub(crate) const SIDES: [&str; 3] = ["train", "val", "test"];
-/// The Python file with the data section of a Pointcept config; other Python files are a user's.
+/// The Python file with the data section of a Pointcept config. Other Python files belong to the user.
 const POINTCEPT_CONFIG: &str = "pointcept_data.py";
-/// Which shapes are on which side.
+/// The file with the side of each shape.
 const SPLIT_FILE: &str = "split.json";
 
 /// What `pointcept` takes.
@@ -96,7 +96,7 @@ impl FromStr for Shares {
     }
 }
 
-/// `split.json`: the sides by name, and who is not there.
+/// `split.json`: the sides by name, and the shapes that were left out.
 #[derive(Serialize)]
 struct SplitJson<'a> {
     format_version: u32,
@@ -183,7 +183,7 @@ struct SplitShapes {
 }
 
 impl SplitShapes {
-    /// Reads every carrier once for what the split must know of it.
+    /// Reads every carrier once, for the data that the split needs.
     fn new(args: &PointceptArgs, session: &ExportSession) -> Result<Self> {
         let shapes: Vec<&ShapeInput> = session.sources.shapes.iter().collect();
         let looks = session.batch().map("compare", &shapes, |shape, carrier| {
@@ -254,7 +254,7 @@ impl SplitShapes {
     }
 }
 
-/// What a first look at a carrier says.
+/// The result of a first look at a carrier.
 enum Look {
     Candidate(Box<SplitCandidate>),
     LeftOut(String),
@@ -303,7 +303,7 @@ fn shape_files(
             .map(|&triangle| of_face[carrier.mesh().tri_face[triangle as usize] as usize])
             .collect()
     };
-    // Parts that are too small to get a point leave no gap.
+    // Parts without a point do not leave gaps in the numbers.
     let instance = Labels::compacted(&of_points(&number_of_face));
     let folder = Path::new(side).join(&shape.id);
     let files = pointcept_files(&sample, &of_points(&class_of_face), instance.of_triangle());
@@ -313,7 +313,7 @@ fn shape_files(
         .collect())
 }
 
-/// The class of each face: the primitive type with the largest area among the faces of its label, the lower at a tie.
+/// The class of each face: the primitive type with the largest area among the faces of its label. In a tie, it is the lower one.
 fn classes_of_faces(carrier: &Carrier, number_of_face: &[i32]) -> Vec<i32> {
     let faces = &carrier.graph().faces;
     let mut area_of: BTreeMap<(i32, i32), f64> = BTreeMap::new();

@@ -1,4 +1,5 @@
-//! Carries predicted labels from points to faces: a label for each sampled point goes in, a label for each face or triangle comes out.
+//! Carries predicted labels from points to faces: one label per sampled point goes in, and one label per face or triangle comes
+//! out.
 
 use anyhow::Result;
 use partprobe_carrier::{
@@ -7,20 +8,20 @@ use partprobe_carrier::{
 };
 use std::collections::BTreeMap;
 
-/// The label layer that predictions are stored in.
+/// The label layer in which predictions are stored.
 const LAYER: &str = "predicted";
 
-/// The labels of the points of a sample, and of the triangles that they were drawn from.
+/// The labels of the points of a sample, and of the triangles from which they were drawn.
 pub(super) struct PredictedLabels {
     of_point: Vec<i32>,
     /// The triangle of each point.
     triangles: Vec<u32>,
-    /// A label for each triangle, or for each point of a cloud.
+    /// One label per triangle, or per point of a cloud.
     of_triangle: Vec<i32>,
 }
 
 impl PredictedLabels {
-    /// Labels each triangle: by most of its points, or by the nearest point if it has none.
+    /// Labels each triangle by most of its points, or by the nearest point if it has none.
     ///
     /// # Shapes
     /// - `of_point`: `[point of the sample]`
@@ -50,8 +51,8 @@ impl PredictedLabels {
         &self.of_point
     }
 
-    /// The label of each face: by most of its points, or that of its first triangle if it has none. A face without a triangle has no
-    /// label.
+    /// The label of each face: that of most of its points, or that of its first triangle if it has no points. A face without a
+    /// triangle has no label.
     pub(super) fn of_faces(&self, carrier: &Carrier) -> Vec<i32> {
         let face_of_triangle = &carrier.mesh().tri_face;
         let n_faces = carrier.graph().faces.len();
@@ -69,7 +70,7 @@ impl PredictedLabels {
             .collect()
     }
 
-    /// The carrier with the predicted labels: a further layer of a B-Rep, the given labels of any other shape.
+    /// The carrier with the predicted labels. They are a further layer of a B-Rep, and the given labels of any other shape.
     ///
     /// # Errors
     /// If the mesh has no extent.
@@ -102,7 +103,7 @@ impl PredictedLabels {
     }
 }
 
-/// How many points have each label.
+/// The number of points of each label.
 #[derive(Clone, Debug, Default)]
 struct Votes(BTreeMap<i32, usize>);
 
@@ -111,7 +112,7 @@ impl Votes {
         *self.0.entry(label).or_default() += 1;
     }
 
-    /// The most frequent label, the lowest of them at a tie, or `None` if there is no point.
+    /// The most frequent label, or `None` if there is no point. In a tie, it is the lowest one.
     fn winner(&self) -> Option<i32> {
         let (label, _) = self
             .0

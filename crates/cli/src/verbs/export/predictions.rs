@@ -1,7 +1,7 @@
 //! Runs `partprobe predict`: a trained backbone divides shapes into parts.
 //!
-//! What goes in are data sets, and shapes of any kind that `label` reads. What comes out for each shape are its carrier with the predicted
-//! labels, a label for each face, and a label for each point. Nothing is scored here.
+//! Data sets, and shapes of any kind that `label` reads, go in. For each shape, its carrier with the predicted labels, one label
+//! per face, and one label per point come out. Nothing is scored here.
 
 use super::batch::Files;
 use super::common_args::FolderArgs;
@@ -66,14 +66,14 @@ pub(crate) struct PredictArgs {
     clusterer: Option<String>,
 }
 
-/// Where the number of parts comes from.
+/// The way in which the number of parts is chosen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum PartCount {
     /// The clustering finds it.
     Auto,
-    /// As many as the part rule finds.
+    /// It is the number that the part rule finds.
     StepParts,
-    /// This many.
+    /// It is this number.
     Fixed(usize),
 }
 
@@ -144,7 +144,7 @@ impl PredictArgs {
         Ok(found)
     }
 
-    /// The backbone. If the number of parts is to be found, its embeddings go through a mean shift, whose modes are the parts.
+    /// Opens the backbone. If the clustering must find the number of parts, a mean shift follows the network, and its modes are the parts.
     fn open_backbone(&self) -> Result<Backbone> {
         let overrides = self.folder.shapes.settings();
         ensure_preparation(overrides, &["eval."])?;
@@ -158,7 +158,7 @@ impl PredictArgs {
         Ok(backbone)
     }
 
-    /// The shapes, labeled as the backbone's own were.
+    /// The arguments for the shapes, with the labeling settings of the backbone's training data.
     fn folder_for(&self, backbone: &Backbone) -> Result<FolderArgs> {
         let mut folder = self.folder.clone();
         let settings = backbone.config.labeling_overrides()?;
@@ -170,7 +170,7 @@ impl PredictArgs {
     }
 }
 
-/// What all shapes are divided with.
+/// The data with which all shapes are divided.
 struct Prediction<'a> {
     backbone: &'a Backbone,
     clusterer: &'static ClustererFactory,
@@ -221,10 +221,10 @@ impl Prediction<'_> {
         Ok(files)
     }
 
-    /// The number of parts that the clustering is asked for: at most one per token.
+    /// The requested number of clusters: at most one per token.
     fn n_parts(&self, carrier: &Carrier, n_tokens: usize) -> Result<usize> {
         match self.k {
-            // A clustering that finds the number does not look at it.
+            // A clustering that finds the number ignores this value.
             PartCount::Auto => Ok(1),
             PartCount::Fixed(n) => {
                 ensure!(

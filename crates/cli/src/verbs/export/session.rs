@@ -18,7 +18,7 @@ pub(super) struct ExportSession {
 }
 
 impl ExportSession {
-    /// The session of a format with labels: the settings say which ones.
+    /// The session of a format with labels. The settings contain the choice of the labels.
     pub(super) fn with_labels(
         format: &str,
         common: &CommonArgs,
@@ -30,14 +30,14 @@ impl ExportSession {
         Self::new(format, &common.folder, &settings, known)
     }
 
-    /// Makes the folder, writes the settings, and finds the shapes; `--force` replaces the `known` files only.
+    /// Makes the folder, writes the settings, and finds the shapes. `--force` only replaces the `known` files.
     pub(super) fn new(
         format: &str,
         args: &FolderArgs,
         settings: &Value,
         known: &'static [Outputs],
     ) -> Result<Self> {
-        // Before the folder is made: a mistyped path must not leave one behind.
+        // This is checked before the folder is made, so that a mistyped path does not leave a folder behind.
         args.shapes.check()?;
         let replace = if args.force {
             Replace::Export(known)

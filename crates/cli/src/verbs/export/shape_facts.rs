@@ -1,10 +1,10 @@
-//! Says what the index and the carrier know of a shape, for formats that keep it next to the labels.
+//! Collects the data of a shape from the index and the carrier, for formats that store them with the labels.
 
 use crate::shape_input::ShapeInput;
 use partprobe_label::Unit;
 use partprobe_tables::ShapeOrigin;
 
-/// Where a shape is from, as the table of shapes has it.
+/// The origin of a shape, in the form of the table of shapes.
 pub(super) fn origin_of(shape: &ShapeInput) -> ShapeOrigin {
     ShapeOrigin {
         id: shape.id.clone(),

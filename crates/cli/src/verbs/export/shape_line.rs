@@ -1,20 +1,20 @@
-//! Defines a line of `shapes.jsonl`: what became of one shape of an export.
+//! Defines a line of `shapes.jsonl`: the result of one shape of an export.
 
 use crate::damaged_carriers::is_damaged_carrier;
 use crate::shape_input::{FailedInput, ShapeInput};
 use serde::{Deserialize, Serialize};
 
-/// The file that lists the shapes; it is written last, so a folder that has it is complete.
+/// The file that lists the shapes. It is written last, so a folder that has it is complete.
 pub(crate) const SHAPES_FILE: &str = "shapes.jsonl";
 
-/// A shape with its files, or why it has none.
+/// A shape with its files, or the reason why it has none.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 pub(crate) struct ShapeLine {
     /// The shape's id.
     pub(crate) id: String,
-    /// The file that it was read from.
+    /// The file from which it was read.
     pub(crate) source: String,
-    /// The side of the split that it is on, in formats that have one.
+    /// Its side of the split, in formats that have one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) split: Option<String>,
     /// Shapes of one group are related and must not be on two sides of a split.
@@ -22,9 +22,9 @@ pub(crate) struct ShapeLine {
     pub(crate) group: Option<String>,
     /// Its files, relative to the export.
     pub(crate) files: Vec<String>,
-    /// Why it has no files.
+    /// The reason why it has no files.
     pub(crate) reason: Option<String>,
-    /// Its carrier is there, and is not what was labeled.
+    /// Whether its carrier exists but is not the one that was labeled.
     #[serde(skip)]
     pub(crate) is_damaged: bool,
 }

@@ -1,7 +1,7 @@
-//! Writes tar files of samples, as WebDataset reads them: `partprobe export webdataset`.
+//! Writes tar files of samples for WebDataset: `partprobe export webdataset`.
 //!
 //! A sample is `<key>.npz` and `<key>.json`. A key is the id of the shape without dots, because WebDataset cuts names at the
-//! first one. The bytes of a file depend on the shapes alone: samples are sorted by key, and the times of all members are 0.
+//! first dot. The bytes of a file depend only on the shapes: samples are sorted by key, and the times of all members are 0.
 
 use super::common_args::FolderArgs;
 use super::exporter::Exporter;
@@ -104,7 +104,7 @@ fn keyed(shapes: &[ShapeInput]) -> Vec<KeyedShape<'_>> {
 }
 
 impl WebdatasetArgs {
-    /// Writes one tar file, and gives the lines of its shapes. A file without a sample is not kept.
+    /// Writes one tar file, and returns the lines of its shapes. A file without a sample is removed.
     fn write_shard(
         &self,
         session: &ExportSession,
@@ -178,7 +178,7 @@ struct Sample {
     json: Vec<u8>,
 }
 
-/// What `<key>.json` says.
+/// The content of `<key>.json`.
 #[derive(Serialize)]
 struct SampleJson {
     format_version: u32,

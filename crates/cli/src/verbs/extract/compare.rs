@@ -1,27 +1,27 @@
-//! Tests whether a small file shows what the large one shows: both are measured, with the numbers of the large one, and
-//! compared.
+//! Tests whether a small file gives the same results as the large one: both are measured and compared by the numbers of the large
+//! one.
 
 use partprobe_brep::{LostEntity, ReadError};
 use partprobe_verify::{MeasureSettings, MeasuredFile};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-/// Areas agree within this part: the neighbors that are missing in the small file may have made a mesh finer.
+/// The relative tolerance of areas. Neighbors that are missing in the small file may have made the mesh of the large one finer.
 const SAME_AREA: f64 = 1e-3;
 
-/// What a file shows of some of its instances, by the numbers of the large file.
+/// The measurements of some instances of a file, by the numbers of the large file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct InstanceReading {
     /// Type and area in mm² of each face.
     pub(super) faces: BTreeMap<u64, (&'static str, f64)>,
-    /// Why each thing was lost; of a file that cannot be read at all, that reason under 0.
+    /// The reason why each entity was lost. If a file cannot be read at all, the reason has the number 0.
     pub(super) lost: BTreeMap<u64, String>,
     /// The chord tolerance that was used, in mm.
     pub(super) chord_mm: Option<f64>,
 }
 
 impl InstanceReading {
-    /// Measures a text; `old_of` gives the number in the large file, and none for what is not looked at.
+    /// Measures a text. `old_of` gives the number in the large file, or `None` for entities that are not compared.
     pub(super) fn of(
         text: &[u8],
         settings: &MeasureSettings,
@@ -57,7 +57,7 @@ impl InstanceReading {
         }
     }
 
-    /// What the small file shows otherwise than the large one, a line each.
+    /// The differences of the small file from the large one, one line each.
     pub(super) fn differences(&self, small: &Self) -> Vec<String> {
         let mut differences = Vec::new();
         for (id, (face_type, area)) in &self.faces {
@@ -135,8 +135,8 @@ fn renumbered(reason: &str, old_of: &impl Fn(u64) -> Option<u64>) -> String {
     text
 }
 
-/// The same settings with the chord tolerance of the large file in millimeters, for a text with another diagonal; the fraction
-/// of that diagonal besides.
+/// The same settings with the chord tolerance of the large file in millimeters, for a text with another diagonal, and the
+/// fraction of that diagonal.
 pub(super) fn at_chord_of(
     settings: &MeasureSettings,
     large: &InstanceReading,

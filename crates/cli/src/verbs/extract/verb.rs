@@ -16,7 +16,7 @@ use std::fmt::{self, Write as _};
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 
-/// Longer lists end with the number of what is left out.
+/// The largest number of rows of a list. Longer lists end with the number of rows that are left out.
 const MAX_ROWS: usize = 40;
 
 /// Cut the smallest STEP file around an entity out of a large one, to report a fault without sending the whole file.
@@ -50,10 +50,10 @@ pub(crate) struct ExtractArgs {
     set: Vec<String>,
 }
 
-/// Writes the small file and says whether it shows what the large one shows.
+/// Writes the small file and reports whether it gives the same results as the large one.
 ///
 /// # Errors
-/// If the file cannot be read, has no such entity, or the small file shows something else; it is written all the same then.
+/// If the file cannot be read, has no such entity, or the small file gives other results. It is still written then.
 pub(crate) fn extract(args: &ExtractArgs) -> Result<()> {
     let ids = args
         .entities
@@ -121,7 +121,7 @@ fn is_same_file(one: &Path, other: &Path) -> bool {
     matches!((one.canonicalize(), other.canonicalize()), (Ok(one), Ok(other)) if one == other)
 }
 
-/// A small file next to the large one that it was cut out of.
+/// A small file and the large one from which it was cut.
 struct Comparison<'a> {
     args: &'a ExtractArgs,
     ids: &'a [u64],
@@ -129,7 +129,7 @@ struct Comparison<'a> {
     new_of: BTreeMap<u64, u64>,
     before: InstanceReading,
     after: InstanceReading,
-    /// The chord fraction of the small file that gives the chords of the large one, where it is another one.
+    /// The chord fraction of the small file that gives the chords of the large one, if it is a different one.
     chord_fraction: Option<f64>,
 }
 
@@ -162,7 +162,7 @@ impl<'a> Comparison<'a> {
         }
     }
 
-    /// What differs between the files.
+    /// The differences between the files.
     fn differences(&self) -> Vec<String> {
         self.before.differences(&self.after)
     }
@@ -209,7 +209,7 @@ impl<'a> Comparison<'a> {
         Ok(())
     }
 
-    /// What is lost, left out or missing.
+    /// Writes the lost, left-out and missing entities.
     fn write_absent(&self, report: &mut String) -> fmt::Result {
         let lost = self.before.lost.iter().filter(|(id, _)| **id > 0);
         for (id, reason) in lost.take(MAX_ROWS) {
@@ -249,7 +249,7 @@ impl<'a> Comparison<'a> {
         Ok(())
     }
 
-    /// What was cut out and how it compares.
+    /// The report about the small file and the comparison.
     fn report(&self) -> Result<String, fmt::Error> {
         let mut report = String::new();
         self.write_cut(&mut report)?;

@@ -5,17 +5,17 @@ use partprobe_carrier::{Carrier, Point, ShapeKind, bounding_box};
 use serde::Serialize;
 use std::fmt;
 
-/// Longer lists of labels end with the number of what is left out.
+/// The largest number of labels in a list. Longer lists end with the number of labels that are left out.
 const MAX_ROWS: usize = 60;
 
-/// What is known of a shape without a B-Rep; lengths are in the unit of its file.
+/// The report of a shape without a B-Rep. Lengths are in the unit of its file.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(super) struct GivenReport {
     /// `mesh` or `cloud`.
     kind: &'static str,
     /// Triangles of a mesh, or points of a cloud.
     n_elements: usize,
-    /// Area of a mesh; `None` for a cloud.
+    /// The area of a mesh, or `None` for a cloud.
     area: Option<f64>,
     bounding_box: Option<[Point; 2]>,
     labels: Vec<LabelReport>,
@@ -31,14 +31,14 @@ struct LabelReport {
     label: i32,
     /// Its number or name in the file.
     name: Option<String>,
-    /// Triangles or points that have it.
+    /// The number of triangles or points with the label.
     n_elements: usize,
-    /// The area that has it; 0 in a cloud.
+    /// The area of the label. It is 0 in a cloud.
     area: f64,
 }
 
 impl GivenReport {
-    /// Looks at a carrier without a B-Rep.
+    /// The report of a carrier without a B-Rep.
     pub(super) fn new(carrier: &Carrier) -> Self {
         let mesh = carrier.mesh();
         let faces = &carrier.graph().faces;

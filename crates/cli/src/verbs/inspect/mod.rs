@@ -1,4 +1,4 @@
-//! Runs `partprobe inspect`: it describes one STEP file, mesh or point cloud, as JSON for a program or as text for a person.
+//! Runs `partprobe inspect`: it describes one STEP file, mesh or point cloud, as JSON for a program or as text for a reader.
 
 mod given;
 mod report;

@@ -5,7 +5,7 @@ use partprobe_carrier::{Color, Edge, Face, Point, bounding_box};
 use partprobe_verify::{MeasuredFile, MeasuredSolid};
 use serde::Serialize;
 
-/// What `inspect --json` prints; field names are the keys.
+/// The output of `inspect --json`. Field names are the keys.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct InspectReport {
     format_version: u32,
@@ -19,7 +19,7 @@ pub(super) struct InspectReport {
     pub(super) timings: Timings,
 }
 
-/// A face; `part` follows the order of the list.
+/// A face. Parts are numbered in the order of the list.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct FaceReport {
     pub(super) step_id: u64,
@@ -31,11 +31,11 @@ pub(super) struct FaceReport {
     pub(super) solid: Option<u32>,
     pub(super) name: Option<String>,
     pub(super) color: Option<String>,
-    /// Its dimensions; `null` for types that have none.
+    /// Its dimensions, or `null` for types that have none.
     pub(super) surface: Option<SurfaceReport>,
 }
 
-/// A shared edge, by the `#` numbers of its faces; φ in degrees, null where undefined.
+/// A shared edge, by the `#` numbers of its faces. φ is in degrees, or null if it is undefined.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct EdgeReport {
     pub(super) faces: [u64; 2],
@@ -43,7 +43,7 @@ pub(super) struct EdgeReport {
     pub(super) length: f64,
 }
 
-/// Something that the file holds and the answer does not.
+/// An entity of the file that is missing in the answer.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct LossReport {
     pub(super) kind: String,
@@ -51,14 +51,14 @@ pub(super) struct LossReport {
     pub(super) reason: String,
 }
 
-/// Something to know about the file that is not a lost entity.
+/// A note about the file that is not about a lost entity.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct NoteReport {
     pub(super) step_id: u64,
     pub(super) text: String,
 }
 
-/// The units of the file; everything else in the report is in millimeters and degrees.
+/// The units of the file. Everything else in the report is in millimeters and degrees.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct UnitsReport {
     pub(super) length: String,
@@ -71,12 +71,12 @@ pub(super) struct UnitsReport {
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct MeshReport {
     pub(super) triangles: usize,
-    /// Lower and upper corner of the box around all vertices; `null` without a mesh.
+    /// The lower and upper corner of the box around all vertices, or `null` without a mesh.
     pub(super) bounding_box: Option<[Point; 2]>,
     pub(super) solids: Vec<SolidReport>,
 }
 
-/// One solid: whether the file closes it, the volume that its true surfaces enclose, and the same of its mesh.
+/// One solid: whether it is closed in the file, the volume that its true surfaces enclose, and the same for its mesh.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct SolidReport {
     pub(super) step_id: u64,
@@ -85,7 +85,7 @@ pub(super) struct SolidReport {
     pub(super) volume: f64,
     /// The area of its faces.
     pub(super) area: f64,
-    /// The center of mass of its mesh, for a uniform density; `null` if the mesh is not watertight.
+    /// The center of mass of its mesh, for a uniform density, or `null` if the mesh is not watertight.
     pub(super) centroid: Option<Point>,
     pub(super) mesh_volume: f64,
     pub(super) watertight: bool,
@@ -142,8 +142,8 @@ impl InspectReport {
 }
 
 fn face_reports(measured: &MeasuredFile) -> Vec<FaceReport> {
-    // The graph has the faces of the B-Rep in their order. Their numbers would not tell them apart: the faces of a CSG
-    // primitive share the number of their solid.
+    // The graph has the faces of the B-Rep in their order. Their numbers would not distinguish them: the faces of a CSG primitive
+    // share the number of their solid.
     let faces = measured.shape.graph.faces.iter().zip(&measured.brep.faces);
     faces
         .zip(measured.partition.parts())

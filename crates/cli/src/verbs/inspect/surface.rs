@@ -1,18 +1,18 @@
-//! Computes the dimensions of a face's surface, as a user asks for them: radius, axis, angle.
+//! Computes the dimensions of a face's surface for users: radius, axis, angle.
 
 use partprobe_brep::geometry::{Frame, Surface};
 use partprobe_carrier::Point;
 use serde::Serialize;
 
-/// The dimensions of a surface, in millimeters and degrees. What a type does not have is `null`.
+/// The dimensions of a surface, in millimeters and degrees. Dimensions that a type does not have are `null`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub(super) struct SurfaceReport {
-    /// A point of the plane or the axis; the center of a sphere or torus.
+    /// A point of the plane or the axis, or the center of a sphere or torus.
     pub(super) origin: Point,
-    /// The normal of a plane, the axis of the others; of unit length. It is that of the surface: a face that uses its
+    /// The normal of a plane, or the axis of the other types, with unit length. It is that of the surface: a face that uses its
     /// surface against its sense has the opposite normal.
     pub(super) axis: Point,
-    /// The radius; of a cone, the one at `origin`; of a torus, the larger one.
+    /// The radius. For a cone, it is the one at `origin`. For a torus, it is the larger one.
     pub(super) radius: Option<f64>,
     /// The radius of a torus's tube.
     pub(super) minor_radius: Option<f64>,

@@ -1,4 +1,4 @@
-//! Writes the report for a person: a summary, the parts, and what was lost.
+//! Writes the report for a reader: a summary, the parts, and the lost entities.
 
 use super::report::{FaceReport, InspectReport, SolidReport};
 use super::surface::SurfaceReport;
@@ -8,9 +8,9 @@ use crate::markdown_table::markdown_table;
 use std::collections::BTreeMap;
 use std::fmt;
 
-/// Longer lists end with the number of what is left out.
+/// The largest number of rows of a list. Longer lists end with the number of rows that are left out.
 const MAX_ROWS: usize = 60;
-/// A part names this many of its faces.
+/// The number of faces that are named per part.
 const MAX_STEP_IDS: usize = 8;
 
 impl fmt::Display for InspectReport {
@@ -102,7 +102,7 @@ impl InspectReport {
         write_table(f, &markdown_table(heading, alignment, rows), solids.len())
     }
 
-    /// Radius, angle and axis of the curved faces; planes are many, and `--json` has them.
+    /// Writes radius, angle and axis of the curved faces. Planes are left out because there are many, and `--json` has them.
     fn write_dimensions(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let curved: Vec<(&FaceReport, &SurfaceReport)> = self
             .faces
@@ -150,7 +150,7 @@ impl InspectReport {
     }
 }
 
-/// Writes a table after an empty line, and how many rows it leaves out.
+/// Writes a table after an empty line, and the number of rows that are left out.
 fn write_table(f: &mut fmt::Formatter<'_>, table: &str, n_rows: usize) -> fmt::Result {
     writeln!(f, "\n{table}")?;
     if n_rows > MAX_ROWS {
@@ -184,7 +184,7 @@ fn numbers([x, y, z]: [f64; 3]) -> String {
     format!("({x:.3}, {y:.3}, {z:.3})")
 }
 
-/// How a solid's mesh closes.
+/// A text that says whether a solid's mesh is closed.
 fn closing(solid: &SolidReport) -> &'static str {
     match (solid.watertight, solid.manifold, solid.closed) {
         (true, _, _) if solid.mesh_volume <= 0.0 => "watertight, but turned inside out",

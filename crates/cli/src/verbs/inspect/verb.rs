@@ -43,7 +43,7 @@ pub(crate) struct InspectArgs {
     set: Vec<String>,
 }
 
-/// Reads the file and prints what it holds.
+/// Reads the file and prints its content.
 ///
 /// # Errors
 /// If the file cannot be read, or has no readable face.
@@ -62,7 +62,7 @@ pub(crate) fn inspect(args: &InspectArgs) -> Result<()> {
     inspect_file(args, input.path(), &label).context("the standard input")
 }
 
-/// Refuses what `inspect` does not read, before anything is read.
+/// Refuses kinds of files that `inspect` does not read, before anything is read.
 fn check_file(file: &Path) -> Result<()> {
     let name = file.display();
     ensure_exists(file)?;
@@ -82,7 +82,7 @@ fn check_file(file: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Prints what one file holds.
+/// Prints the content of one file.
 fn inspect_file(args: &InspectArgs, file: &Path, label: &LabelConfig) -> Result<()> {
     if let Some(carrier) = given_carrier(file, label)? {
         let report = GivenReport::new(&carrier);
@@ -103,7 +103,7 @@ fn inspect_file(args: &InspectArgs, file: &Path, label: &LabelConfig) -> Result<
     }
 }
 
-/// Measures a file, and takes the time of its two stages.
+/// Measures a file, and the times of its two stages.
 fn measure(text: &[u8], settings: &MeasureSettings) -> Result<(MeasuredFile, Timings)> {
     let started = Instant::now();
     let brep = partprobe_brep::read(text, &settings.budget)?;

@@ -1,6 +1,6 @@
 //! Runs `partprobe render`: it draws pictures of labeled shapes.
 //!
-//! Carriers go in, one file comes out: pixels (PNG), or areas and lines (SVG, PDF). All is drawn by `partprobe_render`.
+//! Carriers go in, and one file comes out: pixels (PNG), or areas and lines (SVG, PDF). `partprobe_render` draws everything.
 
 mod page;
 mod verb;

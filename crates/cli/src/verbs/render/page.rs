@@ -17,7 +17,7 @@ pub(super) enum PictureFormat {
 }
 
 impl PictureFormat {
-    /// The format that the ending of a file says.
+    /// The format by the ending of a file.
     pub(super) fn of_path(path: &Path) -> Option<Self> {
         let ending = path.extension()?.to_str()?.to_ascii_lowercase();
         match ending.as_str() {
@@ -42,7 +42,7 @@ pub(super) enum Cell {
 }
 
 impl Cell {
-    /// Draws a carrier, or its faces, types and parts side by side.
+    /// Draws a carrier, or its faces, types and parts in a row.
     ///
     /// # Errors
     /// If the carrier does not have the label layer of the style.

@@ -17,7 +17,7 @@ use partprobe_sources::StepParts;
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 
-/// A sheet has no more pixels than this.
+/// The largest number of pixels of a sheet.
 const MAX_PIXELS: usize = 1 << 28;
 
 /// Draw shapes to a PNG, SVG or PDF file, off-screen, with lines between parts.
@@ -77,7 +77,7 @@ pub(crate) struct RenderArgs {
 /// Draws the shapes.
 ///
 /// # Errors
-/// If no shape can be drawn, a carrier is not what was labeled, or the picture cannot be written.
+/// If no shape can be drawn, a carrier is not the one that was labeled, or the picture cannot be written.
 pub(crate) fn render(args: &RenderArgs) -> Result<()> {
     if let Some(theta) = args.theta {
         ensure!(
@@ -129,7 +129,7 @@ pub(crate) fn render(args: &RenderArgs) -> Result<()> {
     refuse_damaged_carriers(n_damaged)
 }
 
-/// The format that the name of the picture says. A name that cannot be written to is refused before anything is drawn.
+/// The format by the name of the picture. If a file with this name cannot be written, it is refused before anything is drawn.
 fn output_format(output: &Path) -> Result<PictureFormat> {
     let name = output.display();
     let format = PictureFormat::of_path(output).ok_or_else(|| {
@@ -151,7 +151,7 @@ fn output_format(output: &Path) -> Result<PictureFormat> {
     Ok(format)
 }
 
-/// The shapes with the most parts, most first; the lower id at a tie.
+/// The shapes with the most parts, beginning with the largest number. In a tie, the lower id comes first.
 fn with_most_parts(shapes: &[ShapeInput], most: usize) -> Vec<&ShapeInput> {
     let count = |shape: &ShapeInput| {
         let read = || shape.carrier().map_or(0, |carrier| carrier.n_parts());
@@ -169,7 +169,7 @@ fn with_most_parts(shapes: &[ShapeInput], most: usize) -> Vec<&ShapeInput> {
         .collect()
 }
 
-/// Pictures in a row: stages are three already.
+/// The number of pictures in a row. A picture with stages already has three.
 fn columns(args: &RenderArgs, n_images: usize) -> usize {
     let square = if args.stages {
         1
@@ -179,7 +179,7 @@ fn columns(args: &RenderArgs, n_images: usize) -> usize {
     args.columns.map_or(square, usize::from)
 }
 
-/// The cell of each shape; shapes are named where there are several.
+/// The cell of each shape. Shapes are named if there are several.
 fn drawn(
     args: &RenderArgs,
     format: PictureFormat,
@@ -230,7 +230,7 @@ fn drawn(
     Ok(cells)
 }
 
-/// What stands behind the name; stages have their counts already.
+/// The text after the name. It is empty for stages, because they already have their counts.
 fn note(carrier: &Carrier, args: &RenderArgs) -> String {
     if args.stages {
         String::new()
@@ -239,7 +239,7 @@ fn note(carrier: &Carrier, args: &RenderArgs) -> String {
     }
 }
 
-/// The carrier with its parts made anew, where another θ is asked for.
+/// The carrier, with new parts if another θ is requested.
 fn at_theta(carrier: Carrier, theta: Option<f64>) -> Result<Carrier> {
     let Some(theta_deg) = theta else {
         return Ok(carrier);
