@@ -1,4 +1,4 @@
-"""Trains the ablations of docs/studies/ablations.md, one factor each, and prints a row of the table whenever one ends.
+"""Trains the ablations of docs/studies/ablations.md, one factor each, and prints a row of the table when one ends.
 
 In: the program and a folder for the runs; rows that are there already are read and not trained again.
 Out: a Markdown table on stdout: by each supervision its own validation scores, and the test score against STEP-Parts.
@@ -40,7 +40,7 @@ ROWS = (
 
 
 def run(arguments, name, settings, data):
-    """Trains and scores a row; the seconds that it took, or None if it was there."""
+    """Trains and scores a row. Returns the seconds that it took, or None if the row already existed."""
     out = arguments.out / name.replace(" ", "-").replace("(", "").replace(")", "")
     if (out / "scores.jsonl").exists():
         return out, json.loads((out / "seconds.json").read_text())
@@ -89,7 +89,7 @@ def main():
         except subprocess.CalledProcessError as error:
             print(f"{name}: {error}", file=sys.stderr)
             continue
-        # All rows share the parts that the first one made.
+        # All rows share the parts that the first row made.
         data = ["--data", out / "data/carriers"] if not data else data
         own = " | ".join("{:.3f}, {:.3f}".format(*validation(out, supervision)) for supervision in SUPERVISIONS)
         scores = ", ".join(f"{test_score(out, supervision):.3f}" for supervision in SUPERVISIONS)

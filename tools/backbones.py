@@ -25,12 +25,12 @@ ROWS = (
     ("ptx", "tiny"),
 )
 SOURCE = "step-parts"
-# About as many tokens as a shape has in training, where the number is drawn log-uniformly from 384 to 1 536.
+# A typical number of tokens of a shape in training. There, the number is drawn log-uniformly from 384 to 1 536.
 TOKENS, BATCH = 832, 4
 
 
 def settings_of(backbone, preset):
-    """Of the config's own backbone, only PTv3 keeps the exchange between tokens of a cell, which no other backbone has."""
+    """The settings of a backbone. Only PTv3 keeps the exchange between tokens of a cell, because no other backbone has it."""
     return [f"net.backbone.type={backbone}", f"net.backbone.preset={preset}"]
 
 
@@ -39,14 +39,14 @@ def words(settings):
 
 
 def measured(arguments, settings):
-    """What an update costs: the object that `bench step` prints."""
+    """The cost of an update: the object that `bench step` prints."""
     command = [arguments.partprobe, "bench", "step", "--config", "hour", "--tokens", TOKENS, "--batch", BATCH, "--json"]
     done = subprocess.run([str(word) for word in command + words(settings)], check=True, capture_output=True, text=True)
     return json.loads(done.stdout)
 
 
 def run(arguments, name, settings):
-    """Trains and scores a row, unless it was done before; the folder of its run."""
+    """Trains and scores a row, unless it was done before. Returns the folder of its run."""
     out = arguments.out / name
     if (out / "scores.jsonl").exists():
         return out

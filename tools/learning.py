@@ -35,12 +35,12 @@ ROWS = (
     ("384 to 1536 tokens in training", ("tokens.train_tokens=[384, 1536]",)),
     ("tokens of a cell exchange", ("net.backbone.cell_exchange=true",)),
 )
-# A change is accepted by these.
+# The limits for accepting a change.
 LEAST_GAIN, MOST_LOSS = 0.02, 0.02
 
 
 def run(arguments, name, settings):
-    """Trains and scores a row, unless it was done before; the folder of its run."""
+    """Trains and scores a row, unless it was done before. Returns the folder of its run."""
     out = arguments.out / name.replace(",", "").replace(" ", "-")
     if (out / "scores.jsonl").exists():
         return out
@@ -56,13 +56,13 @@ def run(arguments, name, settings):
 
 
 def validations(out, source):
-    """Of each seed, the last validation of a source against itself."""
+    """For each seed, the last validation of a source against itself."""
     of_seed = (json.loads((out / f"checkpoints/{source}-{seed}/validations.json").read_text()) for seed in SEEDS)
     return [found["validations"][-1] for found in of_seed]
 
 
 def test_scores(out, source, clusterer, metric):
-    """Of each seed, the mean of a metric against STEP-Parts over the test shapes with 2 to 19 parts."""
+    """For each seed, the mean of a metric against STEP-Parts over the test shapes with 2 to 19 parts."""
     rows = [json.loads(line) for line in (out / "scores.jsonl").read_text().splitlines()]
     wanted = {"supervision": source, "reference": "step-parts", "clusterer": clusterer}
     rows = [row for row in rows if all(row[key] == value for key, value in wanted.items()) and 2 <= row["k"] <= 19]
@@ -75,7 +75,7 @@ def spread(values):
 
 
 def changes(out, first, source):
-    """How the means of validation mIoU and GTc mIoU differ from those of the first row."""
+    """The differences of the means of validation mIoU and GTc mIoU from those of the first row."""
     mean = lambda folder, metric: statistics.mean(found[metric] for found in validations(folder, source))
     return [mean(out, metric) - mean(first, metric) for metric in ("miou", "gtc_miou")]
 

@@ -25,15 +25,15 @@ DATASETS = {
     "fusion": (("fusion",), ()),
 }
 SEEDS = "compare.seeds=[0,1,2]"
-# Of the endpoints alone: there are ten of them, and one backbone is scored like the other.
+# A setting only for the endpoints. There are ten of them, and all backbones are scored in the same way.
 RESTARTS = "eval.restarts=3"
-# The points of the learning curve: how they differ from the whole training.
+# The points of the learning curve, with their differences from the whole training.
 CURVE = {
     "quarter-of-updates": (SEEDS, "train.steps=625", "train.valid_every=625"),
     "quarter-of-shapes": (SEEDS, "split.train_share=0.25"),
 }
-# Data sets of shapes with features: at most so many shapes (0: all), and whether there are enough groups for a probe. All files of
-# Fusion 360 are of one repository.
+# Data sets of shapes with features: the largest number of shapes (0: all), and whether there are enough groups for a probe. All
+# files of Fusion 360 belong to one repository.
 FEATURES = {"mfcad": (150, True), "fusion": (0, False)}
 
 
@@ -66,7 +66,7 @@ class Study:
     def call(self, verb, *words, settings=()):
         command = [self.program, verb, *words, *(word for setting in settings for word in ("--set", setting))]
         result = subprocess.run([str(word) for word in command], cwd=self.groups, stdout=subprocess.DEVNULL)
-        # Label files that cannot be read are no reason to stop.
+        # Label files that cannot be read do not stop the study.
         if result.returncode not in ((0, 1) if verb == "label" else (0,)):
             raise SystemExit(f"{verb} ended with {result.returncode}")
 
@@ -84,7 +84,7 @@ class Study:
         return folder
 
     def report(self, folder, *words):
-        """What the program says of a finished run, with its statistics of today."""
+        """The report of the program about a finished run, with the current statistics."""
         return subprocess.run([str(self.program), "report", str(folder), *words], check=True, capture_output=True, text=True).stdout
 
     def tables(self, folder):
@@ -197,7 +197,7 @@ def print_features(folder):
 
 
 def print_primary(study, folder):
-    """The primary endpoints and what follows them."""
+    """Prints the primary endpoints and the lines that follow them."""
     lines = study.report(folder).splitlines()
     start = next(idx for idx, line in enumerate(lines) if line.startswith("Primary endpoints"))
     end = next(idx for idx, line in enumerate(lines) if line.startswith("Means are over"))

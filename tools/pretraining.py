@@ -1,4 +1,4 @@
-"""Whether weights that were trained on other parts first help a short training on real parts.
+"""Tests whether weights that were first trained on other parts help a short training on real parts.
 
     pretraining.py SOLIDS MFCAD OUT --partprobe PROGRAM
 
@@ -29,7 +29,7 @@ class Study:
         subprocess.run([str(word) for word in (self.program, *words)], check=True, stdout=subprocess.DEVNULL)
 
     def run(self, name, data, updates, *settings):
-        """The folder of a run, which is made or resumed unless it is scored."""
+        """The folder of a run. The run is made or resumed unless it is already scored."""
         folder = self.out / name
         if not (folder / "report.html").exists():
             resume = ["--resume"] if folder.exists() else []
@@ -39,7 +39,7 @@ class Study:
         return folder
 
     def weights(self, name, data):
-        """Weights that were trained on a data set of its own split."""
+        """Weights that were trained on a data set with its own split."""
         folder = self.run(f"before-{name}", data, BEFORE, 'split.manifest=""', "compare.seeds=[0]", "eval.restarts=1")
         return folder / "checkpoints/step-parts-0/model.safetensors"
 

@@ -1,4 +1,4 @@
-"""What a trained backbone scores with more tokens, or in more poses, than it is evaluated with by default.
+"""Scores a trained backbone with more tokens, or in more poses, than in a default evaluation.
 
     test_time.py RUN OUT --partprobe PROGRAM
 
@@ -19,7 +19,7 @@ ROWS = {
     "2 048 tokens": ["tokens.test_tokens=2048"],
     "8 poses, embeddings side by side": ["tokens.test_poses=8"],
 }
-# Nothing but the backbones of one source, against one reference.
+# Only the backbones of one source, against one reference.
 ALONE = [
     'compare.supervision=["step-parts"]',
     'compare.references=["step-parts"]',

@@ -66,7 +66,7 @@ impl Panel {
         )
     }
 
-    /// A mark with its number beside the vertical axis.
+    /// A mark with its number next to the vertical axis.
     #[must_use]
     pub fn tick_y(&self, value: f64, label: &str) -> String {
         let y = self.place_y(value);

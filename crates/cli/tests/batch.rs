@@ -336,7 +336,7 @@ fn archives_give_what_their_files_give() {
         ),
         ("s.tar.xz", xzipped(&tarred(&members))),
         ("s.7z", seven_zipped(&members)),
-        // The content decides, whatever the name says.
+        // The content decides, and not the name.
         ("zip.7z", zipped(&members)),
         ("tar.zip", gzipped(&tarred(&members))),
     ];

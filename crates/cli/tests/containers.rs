@@ -291,7 +291,7 @@ fn nothing_in_a_folder_vanishes_without_a_line() {
         (&status["n_done"], &status["by_status"]["skipped"]),
         (&5.into(), &7.into())
     );
-    // A pipe is not waited for, whoever is asked to read it.
+    // No command waits for a pipe.
     check(
         path,
         &["label", "d/pipe.step", "--out", "p"],
@@ -321,7 +321,7 @@ fn a_folder_that_cannot_be_read_is_one_line() {
     fs::create_dir_all(path.join("d/locked")).unwrap();
     fs::write(path.join("d/a.step"), cuboid()).unwrap();
     fs::set_permissions(path.join("d/locked"), fs::Permissions::from_mode(0o000)).unwrap();
-    // Whoever may read everything, as root may, has nothing to see here.
+    // For a user who may read everything, such as root, the folder is not locked.
     let is_locked = fs::read_dir(path.join("d/locked")).is_err();
     check(path, &["label", "d", "--out", "o"], 0, "");
     let found = lines(&path.join("o"));
@@ -535,7 +535,7 @@ fn a_text_is_a_list_only_if_its_lines_are_paths() {
         1,
         "no file could be labeled",
     );
-    // A call on everything in a folder goes on with what is STEP.
+    // A call on everything in a folder continues with the STEP files.
     check(
         path,
         &["label", "a.step", "mesh.stl", "readme.md", "--out", "all"],

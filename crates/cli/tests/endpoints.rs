@@ -1,5 +1,5 @@
-//! Tests in the real program what a run says beside its scores: the source card, the rows of chance, A/A, home advantage, and
-//! endpoints with their probes.
+//! Tests in the real program the output of a run in addition to its scores: the source card, the rows of chance, A/A, home
+//! advantage, and endpoints with their probes.
 #![allow(
     clippy::unwrap_used,
     reason = "a test that cannot read its own files has failed"

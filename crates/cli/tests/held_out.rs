@@ -1183,7 +1183,7 @@ fn data_sets_of_earlier_versions_are_read() {
         told.contains("16 of an earlier version, without a hash"),
         "{told}"
     );
-    // The content is the same, and so is its hash, whoever wrote it down.
+    // The content is the same, so its hash is also the same, although it is not recorded.
     let scores = fixture.read("run/scores.jsonl");
     fixture.check(&["eval", "run"], 0, "");
     assert_eq!(fixture.read("run/scores.jsonl"), scores);
@@ -1339,7 +1339,7 @@ fn two_at_once_in_one_folder_are_refused() {
 fn what_cannot_be_written_ends_with_1_and_leaves_no_mark() {
     let fixture = Fixture::new();
     let program = env!("CARGO_BIN_EXE_partprobe");
-    // Blocks of 512 or 1024 bytes, whatever the shell takes them for: less than a checkpoint, more than a carrier.
+    // The shell counts in blocks of 512 or 1024 bytes. Both limits are less than a checkpoint and more than a carrier.
     let limited = |blocks: u32, args: &str, told: &str| {
         let script = format!("ulimit -f {blocks}; exec {program} {args}");
         let output = Command::new("sh")

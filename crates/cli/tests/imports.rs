@@ -305,7 +305,7 @@ fn labels_of_triangles_find_their_triangles() {
     for (out, more, least) in [
         ("index", &[][..], 1.0),
         ("triangle", &["--set", "sources.mine.by=triangle"][..], 1.0),
-        // Points are stored in single precision: a few beside an edge are nearer to the other side of it.
+        // Points are stored in single precision: a few points near an edge are nearer to its other side.
         (
             "nn-surface",
             &["--set", "sources.mine.by=nn-surface"][..],

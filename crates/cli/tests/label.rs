@@ -506,7 +506,7 @@ fn step_files_give_points_on_their_true_surfaces() {
     assert_eq!(points.len(), 300);
     for ((point, normal), curvature) in points.iter().zip(&normals).zip(&curvature) {
         let place = [0, 1, 2].map(|axis| point[axis] - 4.0 * normal[axis]);
-        // Whatever its center is, all normals meet there.
+        // All normals meet at its center.
         let first = [0, 1, 2].map(|axis| points[0][axis] - 4.0 * normals[0][axis]);
         assert!(
             place.iter().zip(first).all(|(a, b)| (a - b).abs() < 1e-5),

@@ -139,7 +139,7 @@ impl Feature {
         Self::sunk(profile, path, End::Through)
     }
 
-    /// A groove of this width round a core whose top is level with the host.
+    /// A groove of this width around a core whose top is level with the host.
     pub(crate) fn groove(profile: &Profile, width: f64, depth: f64) -> Self {
         Self::sunk(
             profile,

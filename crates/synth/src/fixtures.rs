@@ -212,7 +212,7 @@ pub fn torus(major: f64, minor: f64) -> String {
     solid("torus", &shell)
 }
 
-/// A block with rounded upright edges of radius `corner` and a fillet round its top.
+/// A block with rounded upright edges of radius `corner` and a fillet around its top.
 #[must_use]
 pub fn filleted_block(size: [f64; 3], corner: f64, fillet: f64) -> String {
     let profile = Profile::rounded_rectangle([0.0; 2], [size[0], size[1]], corner);
@@ -298,7 +298,7 @@ pub fn open_box(size: [f64; 3]) -> String {
     write(&Document::plain("open-box"), &[Body::Open(&shell)])
 }
 
-/// A block with a block-shaped void, as a `BREP_WITH_VOIDS`; the wall is `wall` thick all round.
+/// A block with a block-shaped void, as a `BREP_WITH_VOIDS`; the wall is `wall` thick on all sides.
 #[must_use]
 pub fn hollow_block(size: [f64; 3], wall: f64) -> String {
     let outer = cuboid_at([0.0; 3], size);

@@ -143,7 +143,7 @@ impl Profile {
         Self::new(points, vec![Side::Line, arc(b), Side::Line, arc(a)])
     }
 
-    /// A slot bent round a center, with round ends of radius `half_width`.
+    /// A slot bent around a center, with round ends of radius `half_width`.
     pub(crate) fn bent_slot(
         center: Planar,
         radius: f64,

@@ -42,7 +42,7 @@ pub(crate) struct Face {
     pub(crate) area: Option<f64>,
 }
 
-/// Edges end to end round a profile, at one height.
+/// Edges end to end around a profile, at one height.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Ring {
     /// The vertices, one for each side of the profile; all the same where the profile has shrunk to a point.

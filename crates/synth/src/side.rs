@@ -133,7 +133,7 @@ impl PlacedSide<'_> {
     }
 }
 
-/// The direction of a walk round `center` at `at`.
+/// The direction of a walk around `center` at `at`.
 fn along_circle(center: Planar, at: Planar, ccw: bool) -> Planar {
     let outward = planar_unit(from_to(center, at));
     let [x, y] = right_of(outward);

@@ -235,7 +235,7 @@ fn ring_curve(plane: &Frame, side: &PlacedSide<'_>, z: f64) -> Curve {
     }
 }
 
-/// The four edges round one wall; three where one ring is a point.
+/// The four edges around one wall, or three edges if one ring is a point.
 fn panel(run: Run, [first, last]: [&Ring; 2], [rail, next_rail]: [usize; 2], side: usize) -> Loop {
     let step = |edge: usize, forward| Walk { edge, forward };
     let below = first.edges.get(side).map(|&edge| step(edge, true));

@@ -9,17 +9,17 @@ use partprobe_carrier::{Face, FaceType, border_sides, distance};
 use serde::Serialize;
 use std::fmt;
 
-/// A disc whose chords span the angle tolerance loses a part of itself, and chords may take this many times as much from a face
-/// that is bent as well.
+/// A disc whose chords span the angle tolerance loses a fraction of its area. On a face that is also curved, chords may remove
+/// this many times as much.
 const BY_ANGLE: f64 = 4.0 / 3.0;
-/// However small the angle is, both areas may differ by this part.
+/// For any small angle, both areas may differ by this fraction.
 const AT_ANY_ANGLE: f64 = 0.003;
-/// A strip beside the boundary may be missing or too much. This part of the chord tolerance is its width at the most, on the
-/// mean over the whole boundary, of which much is straight.
+/// A strip along the boundary may be missing or additional. Its mean width over the whole boundary is at most this fraction of
+/// the chord tolerance, because much of the boundary is straight.
 const BY_CHORD: f64 = 0.25;
-/// A face that is as narrow as the strip may lose this part of itself.
+/// A face that is as narrow as the strip may lose this fraction of its area.
 const BY_NARROWNESS: f64 = 0.15;
-/// Volumes may differ by this part beyond what `volume_loss` and the chords explain.
+/// Volumes may differ by this fraction in addition to the effects of `volume_loss` and the chords.
 const BY_VOLUME: f64 = 0.01;
 
 /// How many faces and solids agree with themselves.

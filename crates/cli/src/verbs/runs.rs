@@ -28,7 +28,7 @@ pub(crate) struct RunsArgs {
     json: bool,
 }
 
-/// What a run folder says of itself. What it does not say, or what is damaged, is `None`.
+/// The facts of a run folder. Missing or damaged facts are `None`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 struct ListedRun {
     run: String,
@@ -135,7 +135,7 @@ fn listed_run(path: &Path) -> ListedRun {
         .first()
         .and_then(row_of)
         .and_then(|row| row["means"]["miou"].as_f64());
-    // An evaluation before the last training has the rows that need no training, and lacks some of these.
+    // An evaluation before the last training has the rows without a training, but lacks some of these rows.
     let has_scores = supervision.iter().all(|name| row_of(name).is_some());
     ListedRun {
         run: path

@@ -1,4 +1,4 @@
-//! Runs `partprobe status`: how far a batch is, what failed and why, and where its time goes.
+//! Runs `partprobe status`: shows the progress of a batch, its failures with their reasons, and the use of its time.
 
 use crate::audit::audited;
 use crate::counted::{counted, file_size};
@@ -19,7 +19,7 @@ use std::fmt;
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 
-/// So many of the slowest files, the largest results and the reasons are shown.
+/// The number of the slowest files, of the largest results and of the reasons that are shown.
 const N_SHOWN: usize = 10;
 /// A pause longer than this between two files belongs to no session.
 const LONGEST_PAUSE_S: f64 = 3600.0;
@@ -45,7 +45,7 @@ pub(crate) struct StatusArgs {
 /// Prints the state of the batch.
 ///
 /// # Errors
-/// If the folder holds no data set, finished or not, or carriers of it are not those that were labeled.
+/// If the folder has no data set, finished or not, or carriers of it are not those that were labeled.
 pub(crate) fn status(args: &StatusArgs) -> Result<()> {
     let mut report = Report::of(&args.dataset)?;
     if report.state == State::Finished && !args.quick && Dataset::open(&args.dataset).is_ok() {
@@ -72,7 +72,7 @@ pub(crate) fn status(args: &StatusArgs) -> Result<()> {
     Ok(())
 }
 
-/// What a batch is doing.
+/// The state of a batch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 enum State {
@@ -81,7 +81,7 @@ enum State {
     Finished,
 }
 
-/// How far a batch is.
+/// The progress of a batch.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 struct Report {
     state: State,
@@ -89,28 +89,28 @@ struct Report {
     shard: Option<String>,
     /// Files that are done.
     n_done: u64,
-    /// Files in all, as far as the archives' lists tell; `None` if the batch is finished.
+    /// The total number of files, according to the lists of the archives. It is `None` if the batch is finished.
     n_files: Option<u64>,
-    /// Whether there may be more: a tar archive has no list.
+    /// Whether there may be more files, because a tar archive has no list.
     may_have_more: bool,
     n_shapes: u64,
     by_status: BTreeMap<&'static str, u64>,
     failures: Vec<FailureCount>,
-    /// What is not read because it is neither STEP nor an archive.
+    /// The files that are not read because they are neither STEP nor archives.
     skipped: Vec<FailureCount>,
     /// Bytes of the files that were written.
     bytes: u64,
     /// Seconds of all workers together.
     worker_seconds: f64,
-    /// Files per second of wall time over all sessions; `None` if too few files are done.
+    /// Files per second of wall time over all sessions. It is `None` if too few files are done.
     files_per_second: Option<f64>,
     slowest: Vec<Costly>,
     largest: Vec<Costly>,
-    /// What a check of the carriers found; `None` if they were not checked.
+    /// The result of a check of the carriers, or `None` if they were not checked.
     carriers: Option<Audit>,
 }
 
-/// How often a reason was given.
+/// A reason, with the number of times that it was given.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 struct FailureCount {
     status: &'static str,
@@ -172,8 +172,7 @@ impl Tally {
         }
     }
 
-    /// Reads the journal twice, so that memory does not grow with its lines: a later line of a file replaces an
-    /// earlier one.
+    /// Reads the journal twice, because a later line of a file replaces an earlier one. So memory does not grow with its lines.
     fn of_journal(folder: &Path) -> Result<Self> {
         let mut tally = Self::default();
         let mut journal = File::open(folder.join(JOURNAL_FILE)).context("opening the journal")?;
@@ -209,7 +208,7 @@ impl Tally {
             .entries()
             .chunk_by(|a, b| a.source == b.source && b.member.is_none())
             .for_each(|file| tally.add_entries(file));
-        // The times do not belong to a data set, and may have been left behind.
+        // The times do not belong to a data set, so their file may be missing.
         let times = fs::read_to_string(folder.join(TIMING_FILE)).unwrap_or_default();
         tally.timings = times
             .lines()
@@ -218,7 +217,7 @@ impl Tally {
         Ok(tally)
     }
 
-    /// Seconds of the clock in which files were done: pauses between sessions are left out.
+    /// The wall time in which files were processed, in seconds. Pauses between sessions are left out.
     fn working_seconds(&self) -> f64 {
         let is_known = |time: &f64| *time > 0.0;
         let mut ends: Vec<f64> = self
@@ -241,7 +240,7 @@ impl Tally {
             .sum()
     }
 
-    /// The files for which this is largest.
+    /// The files with the largest cost.
     fn costliest(&self, cost: impl Fn(&Timing) -> f64) -> Vec<Costly> {
         let mut timings: Vec<&Timing> = self
             .timings
@@ -258,7 +257,7 @@ impl Tally {
     }
 }
 
-/// A hash of what tells the files of a journal apart.
+/// A hash of the key that distinguishes the files of a journal.
 fn key_of(record: &FileRecord) -> [u8; 16] {
     let hash = Sha256::digest(format!("{}\n{}", record.position, record.source));
     *hash.first_chunk().unwrap_or(&[0; 16])

@@ -1,4 +1,4 @@
-//! Runs `partprobe train`: it trains one backbone for each seed on one label source, into a run folder.
+//! Runs `partprobe train`: it trains one backbone per seed on one label source, into a run folder.
 
 use crate::config::load;
 use crate::run::{
@@ -44,7 +44,7 @@ pub(crate) struct TrainArgs {
 /// Trains each seed of one supervision source.
 ///
 /// # Errors
-/// If the data set cannot be read, or training fails; the last checkpoint stays.
+/// If the data set cannot be read, or training fails. The last checkpoint is kept.
 pub(crate) fn train(args: &TrainArgs) -> Result<ExitCode> {
     let set = args.training.overrides(&args.execution.set);
     let loaded = load(&args.config, &set)?;
@@ -59,7 +59,7 @@ pub(crate) fn train(args: &TrainArgs) -> Result<ExitCode> {
             known.join(", ")
         ))
     );
-    // Before the folder is made: a mistyped path must not leave one behind.
+    // This is checked before the folder is made, so that a mistyped path does not leave a folder behind.
     let dataset = Dataset::open(&args.data)?;
     let loaded = with_data(std::slice::from_ref(&args.data), loaded, &args.config, &set)?;
     let config = &loaded.config;

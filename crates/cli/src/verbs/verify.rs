@@ -1,8 +1,9 @@
-//! Runs `partprobe verify`: it compares our kernel with itself, and with a reference reading of the same files.
+//! Runs `partprobe verify`: it compares partprobe's kernel with itself, and with the results of a reference program for the same
+//! files.
 //!
-//! A folder of STEP files goes in, perhaps with a file of reference lines and one of volumes. What comes out is a table by
-//! group, or one JSON document, each face and solid that contradicts itself, and on request every other disagreement with
-//! its `#` numbers. `partprobe_verify` compares; here files are read in parallel and printed in order.
+//! A folder of STEP files goes in, optionally with a file of reference lines and one of volumes. A table by group, or one JSON
+//! document, comes out, with each face and solid that contradicts itself, and on request every other disagreement with its `#`
+//! numbers. `partprobe_verify` compares. This module reads files in parallel and prints results in order.
 
 use crate::config;
 use crate::counted::counted;
@@ -26,7 +27,7 @@ use std::fs::{self, File};
 use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 
-/// Deep files must not end the program: threads get more stack than by default.
+/// The size of the stack. It is larger than the default, so that deeply nested files do not end the program.
 const STACK_BYTES: usize = 64 << 20;
 
 /// Compare the kernel with itself, and with a reference reading of the same files.
@@ -76,7 +77,7 @@ pub(crate) struct VerifyArgs {
     jobs: Option<u16>,
 }
 
-/// Our side of one file.
+/// The result of partprobe's kernel for one file.
 enum Outcome {
     Absent,
     Failed(String),
@@ -89,7 +90,7 @@ type ReferenceVolumes = BTreeMap<String, BTreeMap<u64, ReferenceSolid>>;
 /// Compares, and prints the table.
 ///
 /// # Errors
-/// If the reference cannot be read, or the folder holds none of its files (without a reference: no STEP file).
+/// If the reference cannot be read, or the folder has none of its files (without a reference: no STEP file).
 pub(crate) fn verify(args: &VerifyArgs) -> Result<()> {
     ensure!(
         args.dir.is_dir(),
@@ -168,7 +169,7 @@ fn read_lines<T: DeserializeOwned>(path: &Path) -> Result<Vec<T>> {
     parsed.collect()
 }
 
-/// Every STEP file below a folder as a reference that says nothing, in the order of their paths.
+/// Every STEP file below a folder as an empty reference, in the order of their paths.
 fn step_files(dir: &Path) -> Result<Vec<ReferenceFile>> {
     let mut open = vec![dir.to_path_buf()];
     let mut files = Vec::new();
@@ -213,7 +214,7 @@ fn outcome_of(
     }
 }
 
-/// What contradicts itself is said in every run.
+/// Prints the faces and solids of a file that contradict themselves. This is done in every run.
 fn list_findings(file: &ReferenceFile, outcome: &Outcome) -> Result<()> {
     let Outcome::Read(comparison) = outcome else {
         return Ok(());

@@ -1,6 +1,6 @@
-//! Runs `partprobe weights`: it exchanges weights with Pointcept's PTv3, whose names and layouts differ from ours.
+//! Runs `partprobe weights`: it exchanges weights with Pointcept's PTv3, whose names and layouts differ from those of partprobe.
 //!
-//! A file goes in and a file comes out. What could not be taken along is named on stderr.
+//! A file goes in and a file comes out. Tensors that could not be converted are named on stderr.
 
 use crate::config::{Config, FOREIGN_SUPERVISION, load};
 use crate::run::train_settings;

@@ -160,7 +160,7 @@ pub(super) fn ribbed_plate(builder: &mut PartBuilder) {
     }
 }
 
-/// A disc with bent slots round a bore.
+/// A disc with bent slots around a bore.
 pub(super) fn slotted_disc(builder: &mut PartBuilder) {
     let radius = builder.length(18.0, 60.0);
     let thickness = builder.length(3.0, 14.0);

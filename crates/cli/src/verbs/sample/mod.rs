@@ -1,5 +1,5 @@
-//! Runs `partprobe sample`: points with normals and labels from each carrier of a data set, or from STEP files, whose
-//! true surfaces can then be asked for more.
+//! Runs `partprobe sample`: draws points with normals and labels from each carrier of a data set, or from STEP files. Only STEP
+//! files have true surfaces, which give further attributes.
 
 mod true_surface;
 mod verb;

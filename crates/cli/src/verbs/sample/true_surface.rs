@@ -1,19 +1,19 @@
-//! Projects sampled points onto the true surfaces that their triangles stand for.
+//! Projects sampled points onto the true surfaces of their triangles.
 
 use crate::config::Attribute;
 use partprobe_brep::{Brep, FaceSurfaces, SurfacePoint};
 use partprobe_carrier::{Carrier, PointSample, SurfaceAttributes, dot};
 
-/// A point whose surface is farther away than so many chord tolerances stays where it is: the face's edges lie
-/// beside its surface, or the surface has been followed too far.
+/// The largest distance to the surface in chord tolerances. A point that is farther away is not moved, because the face's edges
+/// are off its surface, or the surface was extended too far.
 const MAX_CHORDS: f64 = 10.0;
 
-/// What is asked of the true surfaces.
+/// The requested data of the true surfaces.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct SurfaceRequest {
-    /// Points move to their surfaces, and take their normals.
+    /// Whether points are moved to their surfaces and get their normals.
     pub(super) project: bool,
-    /// What is kept for each point.
+    /// The attributes that are stored per point.
     pub(super) attributes: Vec<Attribute>,
 }
 
@@ -28,15 +28,15 @@ impl SurfaceRequest {
     }
 }
 
-/// What became of a sample.
+/// The result for a sample.
 pub(super) struct SurfaceResult {
-    /// A row for each point, of the kinds that were asked for.
+    /// One row per point, for the requested attributes.
     pub(super) attributes: SurfaceAttributes,
-    /// Points that no surface was found for nearby; they and their normals are the mesh's, their attributes NaN.
+    /// The number of points without a near surface. They and their normals are those of the mesh, and their attributes are NaN.
     pub(super) n_unprojected: usize,
 }
 
-/// Looks up each point on the surface of its face, and moves it there if that is wanted.
+/// Projects each point onto the surface of its face, and moves it there if requested.
 ///
 /// The carrier must have been labeled with `uv` among its attributes.
 pub(super) fn settle(
@@ -89,7 +89,7 @@ fn surface_point(
         sample.points[i].map(f64::from),
         near,
     )?;
-    // The mesh knows better which side is outside: faces that contradict their neighbors were reversed in it.
+    // The mesh determines which side is outside, because faces that contradict their neighbors were reversed in it.
     let is_reversed = found
         .normal
         .is_some_and(|normal| dot(normal, sample.normals[i].map(f64::from)) < 0.0);

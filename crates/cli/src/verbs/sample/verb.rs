@@ -97,14 +97,14 @@ enum SampleFormat {
     Ply,
 }
 
-/// Shapes that cannot be sampled are named up to this number, and counted beyond.
+/// The largest number of shapes that are named because they cannot be sampled. Further ones are only counted.
 const MAX_WARNINGS: usize = 10;
 
-/// Samples every shape; the files depend on the data, the settings and the seed alone.
+/// Samples every shape. The files depend only on the data, the settings and the seed.
 ///
 /// # Errors
-/// If the data is damaged, a source is unknown, a data set is asked for its true surfaces, no shape could be sampled,
-/// a carrier of the data set is damaged, or a file cannot be written.
+/// If the data are damaged, a source is unknown, true surfaces of a data set are requested, no shape could be sampled, a carrier
+/// of the data set is damaged, or a file cannot be written.
 pub(crate) fn sample(args: &SampleArgs) -> Result<()> {
     let wanted = SurfaceRequest {
         project: args.project,
@@ -144,7 +144,7 @@ fn settings(args: &SampleArgs, wanted: &SurfaceRequest) -> Result<Config> {
     overrides.extend(args.instances.then(|| "label.instances=true".to_owned()));
     let mut config = config::load(&args.config, &overrides)?.config;
     if !wanted.is_nothing() {
-        // The vertices' parameters are where the search for a point's own begins.
+        // The search for the parameters of a point begins at those of the vertices.
         config.label.attributes.push(Attribute::Uv);
     }
     if config.sample.normals == NormalConfig::Analytic {
@@ -153,7 +153,7 @@ fn settings(args: &SampleArgs, wanted: &SurfaceRequest) -> Result<Config> {
     Ok(config)
 }
 
-/// What one call samples with.
+/// The settings of one call.
 struct Sampler<'a> {
     args: &'a SampleArgs,
     config: Config,
@@ -213,7 +213,7 @@ impl Sampler<'_> {
 
     fn sample_step_files(&self, paths: &[PathBuf]) -> Result<()> {
         let max_bytes = self.config.label.max_file_mb << 20;
-        // The file of the standard input is there as long as the second value.
+        // The file of the standard input exists as long as the second value.
         let (paths, _standard_input) = with_standard_input(paths, STDIN_NAME, max_bytes)?;
         let InputList {
             files,
@@ -244,7 +244,7 @@ impl Sampler<'_> {
         self.sample_all(&files, sample_file, &n_unprojected)
     }
 
-    /// Runs over files or entries in parallel; each gives the number of its shapes.
+    /// Processes files or entries in parallel. Each gives the number of its shapes.
     fn sample_all<T: Sync>(
         &self,
         items: &[T],
@@ -255,7 +255,7 @@ impl Sampler<'_> {
         ensure_empty(out)?;
         make_folder(out)?;
         let bar = Progress::on_terminal().bar("sample", items.len());
-        // A file that cannot be written ends the work at once; a shape that cannot be sampled is one of many.
+        // A file that cannot be written ends the work at once. A shape that cannot be sampled does not.
         let interrupt = Interrupt::listen()?;
         let sampled = |item: &T| {
             ensure!(!interrupt.is_set(), "stopped");
@@ -324,7 +324,7 @@ impl Sampler<'_> {
         }
     }
 
-    /// Draws and writes one shape; the number of points that no surface was found for.
+    /// Draws and writes the points of one shape. Returns the number of points without a near surface.
     fn write_sample(&self, id: &str, carrier: &Carrier, brep: Option<&Brep>) -> Result<usize> {
         let sources = self.sources_of(carrier);
         let (mut sample, labels) = labeled_points(carrier, &self.config.sample, sources)?;
@@ -370,7 +370,7 @@ impl Sampler<'_> {
     }
 }
 
-/// A color for each point, such that the labels of faces that touch have different ones.
+/// One color per point, such that the labels of faces that touch have different colors.
 fn colors_of_points(labels: &[i32], triangles: &[u32], carrier: &Carrier) -> Vec<[u8; 3]> {
     let tri_face = &carrier.mesh().tri_face;
     let mut point_of_face: Vec<Option<u32>> = vec![None; carrier.graph().faces.len()];

@@ -1,4 +1,4 @@
-//! Runs `partprobe score`: it scores what others predicted, from one NPZ file per shape.
+//! Runs `partprobe score`: it scores predictions of other programs, from one NPZ file per shape.
 
 mod shape_file;
 mod verb;

@@ -4,22 +4,23 @@ use anyhow::{Context, Result, anyhow, bail, ensure};
 use partprobe_eval::{PointEmbeddings, near_boundary};
 use partprobe_formats::{Array, Values, arrays_from_npz};
 
-/// What a file says of the points of one shape.
+/// The data of the points of one shape in a file.
 pub(super) struct ShapeFile {
-    /// The label of each point; negative ones are ignored.
+    /// The label of each point. Negative ones are ignored.
     pub(super) reference: Vec<i32>,
-    /// The cluster of each point; all negative ones are one cluster.
+    /// The cluster of each point. All negative ones are one cluster.
     pub(super) predicted: Option<Vec<i32>>,
     pub(super) embedded: Option<PointEmbeddings>,
-    /// Whether each point is near a boundary of the reference; `None` if the file does not say where the points are.
+    /// Whether each point is near a boundary of the reference. It is `None` if the file does not have the positions of the
+    /// points.
     pub(super) near_boundary: Option<Vec<bool>>,
 }
 
 impl ShapeFile {
-    /// Reads the members `reference`, and `predicted` or `embedding` or both; `points` and `normals` if they are there.
+    /// Reads the members `reference`, and `predicted` or `embedding` or both; and `points` and `normals` if they exist.
     ///
     /// # Errors
-    /// If a member is missing, has another form, or is not of the same points; the message names it.
+    /// If a member is missing, has another form, or does not belong to the same points. The message names it.
     pub(super) fn read(bytes: &[u8]) -> Result<Self> {
         let members = arrays_from_npz(bytes)?;
         let reference = members.array("reference").with_context(|| {
@@ -130,7 +131,7 @@ fn floats(array: &Array) -> Result<Vec<f32>> {
     Ok(values)
 }
 
-/// A matrix with a row per point.
+/// A matrix with one row per point.
 fn embeddings(array: &Array) -> Result<PointEmbeddings> {
     let &[_, dim] = array.shape() else {
         bail!(

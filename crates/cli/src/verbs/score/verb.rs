@@ -1,4 +1,4 @@
-//! The arguments of `score`, the scores of each file, and what is printed.
+//! Defines the arguments of `score`, computes the scores of each file, and prints the tables.
 
 use super::shape_file::ShapeFile;
 use crate::MISSED_BOUND;
@@ -21,11 +21,11 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// What stands for the supervision and for the reference in tables and expectations.
+/// The name that is used as supervision and as reference in tables and expectations.
 const SCORED: &str = "scored";
 const REFERENCE: &str = "reference";
 
-/// The column of clusters that were predicted and not found here.
+/// The column of clusters that were predicted, and not computed here.
 const PREDICTED: &str = "predicted";
 
 /// Score predictions of other programs: clusters or embeddings of points, with reference labels
@@ -71,7 +71,7 @@ fn clusterer(name: &str) -> Result<ClustererName, String> {
     serde_json::from_value(value).map_err(|error| error.to_string())
 }
 
-/// All that is printed as JSON.
+/// The JSON output.
 #[derive(Serialize)]
 struct Scored<'a> {
     tables: &'a Tables,
@@ -86,10 +86,10 @@ struct FailedFile {
     reason: String,
 }
 
-/// Scores all files of the folder; the exit code says whether a file failed or a bound is missed.
+/// Scores all files of the folder. The exit code shows whether a file failed or a bound is missed.
 ///
 /// # Errors
-/// If the folder holds no files, the bounds cannot be read, or a report cannot be written.
+/// If the folder has no files, the bounds cannot be read, or a report cannot be written.
 pub(crate) fn score(args: &ScoreArgs) -> Result<ExitCode> {
     let bounds = args.expect.as_deref().map(read_bounds).transpose();
     let bounds = bounds.map_err(as_usage_error)?.unwrap_or_default();
@@ -214,7 +214,8 @@ impl ScoreArgs {
         }
     }
 
-    /// The first column is the one that bounds mean if they name none; then there is no other.
+    /// The settings of the tables. Bounds without a column mean the first one. Such bounds are only allowed if there is only one
+    /// column.
     fn table_settings(&self, rows: &[ScoreRow]) -> TableSettings {
         TableSettings {
             bin_reference: REFERENCE.to_owned(),
@@ -263,16 +264,16 @@ fn npz_files(folder: &Path) -> Result<Vec<PathBuf>> {
     Ok(files)
 }
 
-/// The bounds that scores must keep.
+/// The bounds that scores must meet.
 #[derive(Debug, Default)]
 struct Bounds {
     expectations: Expectations,
-    /// The keys that name a metric alone.
+    /// The keys that only name a metric.
     without_column: Vec<String>,
 }
 
 impl Bounds {
-    /// Checks that each bound means one column.
+    /// Checks that each bound refers to one column.
     fn ensure_clear(&self, rows: &[ScoreRow]) -> Result<(), UsageError> {
         let columns: BTreeSet<&str> = rows.iter().map(|row| row.clusterer.as_str()).collect();
         match (self.without_column.first(), columns.first()) {
@@ -285,7 +286,7 @@ impl Bounds {
     }
 }
 
-/// Reads bounds. A key names a metric, `<column>.<metric>`, or a score as `[expect]` in a config names it.
+/// Reads bounds. A key names a metric, `<column>.<metric>`, or a score in the form of `[expect]` in a config.
 fn read_bounds(path: &Path) -> Result<Bounds> {
     let text = fs::read_to_string(path).with_context(|| format!("reading {}", path.display()))?;
     let table: toml::Table = toml::from_str(&text).with_context(|| path.display().to_string())?;

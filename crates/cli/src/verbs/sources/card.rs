@@ -1,8 +1,8 @@
-//! Makes the card of a set of label sources on a data set: what their labels are like, how far they are apart, and
-//! pictures of the shapes on which two of them differ most.
+//! Makes the card of a set of label sources on a data set: measures of their labels, their agreement, and pictures of the shapes
+//! on which two of them differ most.
 //!
-//! What goes in are shapes and names of sources; a table comes out on stdout, and with `--out` as Markdown and JSON with a
-//! PNG for each picture. Every number is made by `partprobe_eval`, every picture by `partprobe_render`.
+//! Shapes and names of sources go in. A table comes out on stdout, and with `--out` as Markdown and JSON with one PNG per
+//! picture. `partprobe_eval` makes every number, and `partprobe_render` every picture.
 
 use crate::config::{NormalConfig, SampleConfig};
 use crate::damaged_carriers::{is_damaged_carrier, refuse_damaged_carriers};
@@ -25,16 +25,16 @@ use partprobe_render::{Image, LabelView, Rgb, colors_of_triangle_labels};
 use partprobe_sources::{BoxedSource, SourceLabels};
 use std::path::{Path, PathBuf};
 
-/// Shapes that are measured between two looks at Ctrl-C; it decides nothing else.
+/// The number of shapes that are measured between two checks for Ctrl-C. It has no other effect.
 const SHAPES_AT_ONCE: usize = 16;
 /// Bootstrap draws of the intervals.
 const DRAWS: usize = 2000;
-/// Shapes of which pictures are made.
+/// The number of shapes of which pictures are made.
 const N_PICTURES: usize = 5;
 /// Side of one picture, in pixels.
 const PICTURE_SIZE: usize = 360;
 
-/// What a card is made of.
+/// The input of a card.
 pub(crate) struct CardRequest<'a> {
     pub(crate) sources: &'a [String],
     pub(crate) data: &'a DataArgs,
@@ -47,7 +47,7 @@ pub(crate) struct CardRequest<'a> {
 /// Measures the sources on every shape, prints the card, and writes it with its pictures.
 ///
 /// # Errors
-/// If an argument cannot be meant, no shape could be labeled, or a file cannot be written.
+/// If an argument is invalid, no shape could be labeled, or a file cannot be written.
 pub(crate) fn source_card(request: &CardRequest<'_>) -> Result<()> {
     let sources = listed_sources(&request.data.settings()?, request.sources)?;
     request.choice.check()?;
@@ -83,7 +83,7 @@ struct Card<'a> {
     sources: Vec<BoxedSource>,
 }
 
-/// What was measured of one shape.
+/// The measurements of one shape.
 #[derive(Default)]
 struct MeasuredShape {
     rows: Vec<CardRow>,
@@ -208,8 +208,8 @@ impl Card<'_> {
         Ok(())
     }
 
-    /// One shape by all sources that label it, side by side. Labels that are matched to a label of the first picture have
-    /// its color.
+    /// The pictures of one shape by all sources that label it, in a row. Labels that are matched to a label of the first picture
+    /// have its color.
     fn picture(&self, carrier: &Carrier, pair: &PairRow) -> Result<Image> {
         let mesh = carrier.mesh();
         let sample = self.sample(carrier)?;
@@ -254,7 +254,7 @@ impl Card<'_> {
     }
 }
 
-/// The colors of those labels that are matched to a label of the reference, by label.
+/// The colors of the labels that are matched to a label of the reference, by label.
 pub(crate) fn matched_colors(
     labels: &[i32],
     reference: &[i32],

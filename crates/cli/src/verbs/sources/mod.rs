@@ -1,5 +1,5 @@
-//! Runs `partprobe sources`: the label sources that a config or `sample --source` can name, or the card of some of them
-//! on a data set.
+//! Runs `partprobe sources`: lists the label sources that a config or `sample --source` can name, or makes the card of some of
+//! them on a data set.
 
 mod card;
 mod verb;

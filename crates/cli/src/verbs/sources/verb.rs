@@ -49,7 +49,7 @@ pub(crate) struct SourcesArgs {
     json: bool,
 }
 
-/// Prints a line for each source, or the card.
+/// Prints one line per source, or the card.
 ///
 /// # Errors
 /// If the config is wrong, only one of sources and data is given, the card cannot be made, or stdout cannot be written
@@ -88,15 +88,15 @@ pub(crate) fn sources(args: &SourcesArgs) -> Result<()> {
     print_tables(table(&rows))
 }
 
-/// What is said of one source.
+/// The description of one source.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 struct Row {
     name: String,
-    /// The lowest and the highest number that the placeholder accepts; none without a placeholder.
+    /// The lowest and the highest number that the placeholder accepts, or `None` without a placeholder.
     numbers: Option<[u32; 2]>,
     /// Whether the labels are constant on faces, so that `label --layers` can store them.
     labels_faces: bool,
-    /// What a shape must hold at least: `brep`, `mesh` or `cloud`; `None` if it depends on the labels that are imported.
+    /// The data that a shape must have at least: `brep`, `mesh` or `cloud`. It is `None` if this depends on the imported labels.
     needs: Option<&'static str>,
     description: String,
 }
@@ -115,7 +115,7 @@ impl Row {
         }
     }
 
-    /// A control of granularity, which follows another source.
+    /// The row of a control of granularity, which is based on another source.
     fn control(control: &SourceControl) -> Self {
         Self {
             name: control.pattern(),
@@ -126,7 +126,7 @@ impl Row {
         }
     }
 
-    /// A source of the config's own.
+    /// The row of a source that the config defines.
     fn imported(name: &str, table: &SourceTable) -> Self {
         let known = source_type(&table.import_type).ok();
         let description = known.map_or("", |known| known.description);
@@ -147,7 +147,7 @@ impl Row {
     }
 }
 
-/// The rows as a person reads them.
+/// The rows as a table for readers.
 fn table(rows: &[Row]) -> String {
     let heading = ["source", "number", "labels"];
     markdown_table(heading, [Left; 3], rows.iter().map(Row::cells))

@@ -20,7 +20,7 @@ pub(super) struct TessellatedShape {
 }
 
 impl TessellatedShape {
-    /// Meshes the shape of a file three times; `id` tells it from other solids of the file.
+    /// Meshes the shape of a file three times. `id` distinguishes it from other solids of the file.
     ///
     /// # Errors
     /// If the file cannot be read, or one of the meshes has no triangle.
@@ -46,7 +46,7 @@ impl TessellatedShape {
     }
 }
 
-/// The settings of a tessellation. The volume that a mesh may lose grows with the square of the angle; otherwise this
+/// The settings of a tessellation. The limit for the lost volume of a mesh grows with the square of the angle. Otherwise, this
 /// limit would refine a coarse mesh again.
 fn scaled(config: &LabelConfig, factor: f64) -> LabelConfig {
     LabelConfig {
@@ -73,7 +73,7 @@ fn carrier_of(file: &InputFile, id: &str, config: &LabelConfig) -> Result<Carrie
         .context("the shape is not in the file any more")
 }
 
-/// The carrier on triangles with a bounded longest edge, on which small parts are counted as they are.
+/// The carrier on triangles with a bounded longest edge. The size of small parts is the number of these triangles.
 fn refined(plain: &Carrier, factor: f64, tau_min: u32) -> Result<Carrier, CarrierError> {
     let graph = plain.graph();
     let longest_edge = factor * REFINE_FRACTION * plain.meta().diagonal_mm;

@@ -1,4 +1,4 @@
-//! Draws pictures of one shape: a row per source, a column per tessellation, matched labels in one color.
+//! Draws pictures of one shape: one row per source, and one column per tessellation. Matched labels have the same color.
 
 use super::carriers::{TESSELLATIONS, TessellatedShape};
 use super::measure::Consistency;

@@ -1,4 +1,4 @@
-//! Measures one shape: the labels of each source on three tessellations, and how well they agree at the same points.
+//! Measures one shape: the labels of each source on three tessellations, and their agreement at the same points.
 
 use super::carriers::{TESSELLATIONS, TessellatedShape};
 use crate::config::{NormalConfig, SampleConfig};
@@ -12,7 +12,7 @@ use partprobe_transfer::{
     Channel, LabeledSurface, Limits, Query, Surface, Target, carry, queries_of,
 };
 
-/// What every shape is measured with.
+/// The settings with which every shape is measured.
 pub(super) struct Consistency {
     pub(super) sources: Vec<BoxedSource>,
     /// The τ_min of the settings.
@@ -21,7 +21,7 @@ pub(super) struct Consistency {
     pub(super) seed: u64,
 }
 
-/// What was measured of one shape.
+/// The measurements of one shape.
 #[derive(Debug, Default)]
 pub(super) struct MeasuredShape {
     pub(super) rows: Vec<AgreementRow>,
@@ -44,7 +44,7 @@ pub(super) fn pair_name(tessellation: &str, tau_min: u32) -> String {
     }
 }
 
-/// Whether the labels of a source depend on τ_min. Other sources never look at the labels of the faces.
+/// Whether the labels of a source depend on τ_min. Other sources do not use the labels of the faces.
 fn depends_on_tau_min(source: &str) -> bool {
     source == "canonical" || source.starts_with("step-")
 }
@@ -84,7 +84,7 @@ impl Consistency {
         Ok(measured)
     }
 
-    /// The points that all tessellations of a shape are compared at.
+    /// The points at which all tessellations of a shape are compared.
     ///
     /// # Errors
     /// If the mesh has no area.

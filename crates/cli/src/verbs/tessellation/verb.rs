@@ -22,11 +22,11 @@ use partprobe_eval::{
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// Shapes that are measured between two looks at Ctrl-C; it decides nothing else.
+/// The number of shapes that are measured between two checks for Ctrl-C. It has no other effect.
 const SHAPES_AT_ONCE: usize = 8;
 /// Bootstrap draws of the intervals.
 const DRAWS: usize = 2000;
-/// Shapes of which picture grids are made.
+/// The number of shapes of which picture grids are made.
 const N_GRIDS: usize = 4;
 
 /// Measure whether label sources give the same labels on a finer and on a coarser mesh of the same shape.
@@ -63,7 +63,7 @@ pub(crate) struct TessellationArgs {
 /// Measures every shape and prints the tables.
 ///
 /// # Errors
-/// If an argument cannot be meant, no shape could be measured, or a file cannot be written.
+/// If an argument is invalid, no shape could be measured, or a file cannot be written.
 pub(crate) fn tessellation(args: &TessellationArgs) -> Result<()> {
     args.choice.check()?;
     args.data.check()?;
@@ -117,7 +117,7 @@ pub(crate) fn tessellation(args: &TessellationArgs) -> Result<()> {
     }
 }
 
-/// Meshes are made anew, so surfaces are needed.
+/// Refuses inputs without surfaces, because new meshes are made.
 fn check_surfaces(paths: &[PathBuf]) -> Result<()> {
     for path in paths {
         let is_labeled =
@@ -133,7 +133,7 @@ fn check_surfaces(paths: &[PathBuf]) -> Result<()> {
     Ok(())
 }
 
-/// What one call measures with.
+/// The settings of one call.
 struct Study {
     consistency: Consistency,
     config: LabelConfig,
@@ -141,7 +141,7 @@ struct Study {
 }
 
 impl Study {
-    /// Measures the chosen shapes; rows are in the order of the shapes' ids, whichever thread was faster.
+    /// Measures the chosen shapes. Rows are in the order of the shapes' ids, for any speed of the threads.
     fn measure(
         &self,
         args: &TessellationArgs,
@@ -244,7 +244,7 @@ fn refused_by_all(shape: &str, reason: String) -> RefusedShape {
     }
 }
 
-/// The shapes with the lowest mean mIoU over all their rows; the lower id at a tie.
+/// The shapes with the lowest mean mIoU over all their rows. In a tie, the lower id comes first.
 fn least_consistent(rows: &[AgreementRow], n_most: usize) -> Vec<String> {
     let mut sums: BTreeMap<&str, (f64, usize)> = BTreeMap::new();
     for row in rows {

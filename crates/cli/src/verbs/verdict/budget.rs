@@ -1,4 +1,4 @@
-//! Divides a budget of time: how many updates does each training get, so that all trainings and their scores fit into it?
+//! Divides a budget of time: computes the number of updates of each training, so that all trainings and their scores fit into it.
 
 use crate::run::RunFolder;
 use anyhow::{Context, Result};
@@ -6,13 +6,13 @@ use partprobe_eval::LOOK_LIMITS;
 use serde_json::Value;
 use std::time::Duration;
 
-/// With fewer updates, backbones of any source are alike.
+/// The smallest number of updates. With fewer updates, the backbones of all sources are similar.
 const FEWEST_UPDATES: usize = 200;
 
-/// With more updates, scores hardly rise.
+/// The largest number of updates. With more updates, scores hardly increase.
 const MOST_UPDATES: usize = 20_000;
 
-/// What a short training took.
+/// The times of a short training.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Speed {
     /// Seconds per update.
@@ -22,7 +22,7 @@ pub(super) struct Speed {
 }
 
 impl Speed {
-    /// Reads the last training of a run's log; scoring one backbone took `scoring`.
+    /// Reads the last training of a run's log. `scoring` is the time of scoring one backbone.
     ///
     /// # Errors
     /// If the log has no training.
@@ -40,10 +40,10 @@ impl Speed {
         })
     }
 
-    /// The number of updates of each of the trainings that fit into the time that is left, rounded down to two digits.
+    /// The number of updates of each training such that all trainings fit into the remaining time, rounded down to two digits.
     ///
     /// # Errors
-    /// The shortest time that is enough, if this is less.
+    /// The shortest sufficient time, if the remaining time is shorter.
     pub(super) fn updates_within(self, left: Duration) -> Result<usize, Duration> {
         let n_trainings = (2 * LOOK_LIMITS.len()) as f64;
         let per_training = left.as_secs_f64() / n_trainings - self.fixed;
@@ -76,7 +76,7 @@ mod tests {
             fixed: 10.0,
         };
         let within = |minutes: u64| speed.updates_within(Duration::from_secs(60 * minutes));
-        // 600 seconds per training, less 10, in updates of 0.1 seconds.
+        // There are 600 seconds per training, minus 10, for updates of 0.1 seconds.
         assert_eq!(within(60), Ok(5900));
         assert_eq!(within(6), Ok(500));
         assert_eq!(within(2), Err(Duration::from_secs(180)));

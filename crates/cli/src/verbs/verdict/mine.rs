@@ -1,11 +1,11 @@
-//! Finds the label source in question: one that is known by name, or files of labels.
+//! Finds the label source in question: a source by its name, or files of labels.
 
 use crate::usage::UsageError;
 use crate::verbs::check::types_that_join;
 use anyhow::{Result, bail};
 use std::path::{Path, PathBuf};
 
-/// What label files are called in tables, unless the user says otherwise.
+/// The name of label files in tables, unless the user gives another one.
 const NAME_OF_FILES: &str = "mine";
 
 /// A label source, and the overrides of the config that define it.
@@ -16,10 +16,11 @@ pub(super) struct Mine {
 }
 
 impl Mine {
-    /// Label files if there is something at the path, and else the name of a source. The type of the files is found by joining them.
+    /// Finds label files if the path exists, and otherwise the source with this name. The type of the files is found by joining
+    /// them.
     ///
     /// # Errors
-    /// If files join by no type, or by several.
+    /// If the files can be joined by no type, or by several.
     pub(super) fn find(text: &str, type_name: Option<&str>, dataset: &Path) -> Result<Self> {
         let path = PathBuf::from(text);
         if !path.exists() {
@@ -47,7 +48,7 @@ impl Mine {
     }
 }
 
-/// The one type of label files that joins to all shapes without a refusal.
+/// The only type of label files with which all shapes can be joined without a refusal.
 fn only_type(labels: &str, dataset: &Path) -> Result<String> {
     let types = types_that_join(labels, dataset)?;
     let advice = format!(

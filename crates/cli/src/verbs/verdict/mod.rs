@@ -1,6 +1,7 @@
-//! Runs `partprobe verdict`: does one label source train better backbones than another?
+//! Runs `partprobe verdict`: finds out whether one label source trains better backbones than another.
 //!
-//! `budget` decides how many updates a training gets, `verb` trains and looks, `sentence` says what was found.
+//! `budget` computes the number of updates of a training, `verb` trains and evaluates the scores, and `sentence` describes the
+//! result.
 
 mod budget;
 mod mine;

@@ -1,9 +1,9 @@
-//! Says a verdict in sentences.
+//! Describes a verdict in sentences.
 
 use partprobe_eval::{FalseAlarms, Look, Needed, Verdict};
 use std::time::Duration;
 
-/// What was compared, and what was found.
+/// The settings and the result of a comparison.
 pub(super) struct Finding<'a> {
     pub(super) mine: &'a str,
     pub(super) against: &'a str,
@@ -84,7 +84,7 @@ impl Finding<'_> {
     }
 }
 
-/// How often such a verdict is wrong, if there is no difference.
+/// A sentence about the rate at which such a verdict is wrong, if there is no difference.
 pub(super) fn error_rate(measured: &FalseAlarms) -> String {
     let FalseAlarms {
         n_seeds,

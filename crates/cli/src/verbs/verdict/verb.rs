@@ -82,13 +82,13 @@ enum Expected {
     NotWorse,
 }
 
-/// Updates of the training that measures the speed.
+/// The number of updates of the training that measures the speed.
 const SPEED_UPDATES: usize = 50;
 
-/// What real trainings that differ in their seeds alone have shown; `just study false-alarms` measures it.
+/// The false alarms of real trainings that differ only in their seeds. `just study false-alarms` measures them.
 const FALSE_ALARMS: &str = include_str!("false_alarms.json");
 
-/// `verdict.json`: all looks, and what they were at.
+/// `verdict.json`: the verdict, all looks, and the settings of the comparison.
 #[derive(Serialize)]
 struct VerdictFile<'a> {
     mine: &'a str,
@@ -101,10 +101,10 @@ struct VerdictFile<'a> {
     sentence: &'a str,
 }
 
-/// Trains, looks, and prints the verdict.
+/// Trains, evaluates the scores, and prints the verdict.
 ///
 /// # Errors
-/// If the sources are unknown, the budget is too small, or a stage fails; `--resume` continues.
+/// If the sources are unknown, the budget is too small, or a stage fails. `--resume` continues.
 pub(crate) fn verdict(args: &VerdictArgs) -> Result<ExitCode> {
     let begun = Instant::now();
     let execution = Execution::new(&args.execution)?;
@@ -126,7 +126,7 @@ pub(crate) fn verdict(args: &VerdictArgs) -> Result<ExitCode> {
     session.decide(n_updates)
 }
 
-/// The labeled data set: given as such, or labeled into the folder.
+/// The labeled data set: given by the user, or labeled into the folder.
 fn labeled(args: &VerdictArgs, root: &Path, execution: &Execution) -> Result<Dataset> {
     if let [path] = args.data.as_slice()
         && Dataset::is_at(path)
@@ -138,7 +138,7 @@ fn labeled(args: &VerdictArgs, root: &Path, execution: &Execution) -> Result<Dat
     labeled_into(&root.join("data"), &args.data, &config, execution)
 }
 
-/// A verdict that is being found.
+/// A verdict in progress.
 struct Session<'a> {
     args: &'a VerdictArgs,
     root: &'a Path,
@@ -197,7 +197,7 @@ impl<'a> Session<'a> {
         with_data(&data, loaded, "verdict", &overrides)
     }
 
-    /// The number of updates: that of a verdict which is resumed, that which was asked for, or as many as fit into the budget.
+    /// The number of updates: that of a resumed verdict, the requested one, or the largest one that fits into the budget.
     fn updates(&self, begun: Instant) -> Result<usize> {
         let config_file = self.root.join("run/config.toml");
         if config_file.exists() {
@@ -229,7 +229,7 @@ impl<'a> Session<'a> {
         })
     }
 
-    /// Trains a little in a folder that is removed.
+    /// Measures the speed with a short training in a folder that is removed afterwards.
     fn speed(&self) -> Result<Speed> {
         let path = self.root.join("speed");
         let is_new = !self.root.exists();
@@ -250,7 +250,8 @@ impl<'a> Session<'a> {
         drop(folder);
         fs::remove_dir_all(&path)?;
         if is_new {
-            // Nothing is left if the budget turns out to be too small; what else was made here stays.
+            // An empty folder is removed, so that nothing is left if the budget is too small. A folder with other content is
+            // kept.
             let _ = fs::remove_dir(self.root);
         }
         Ok(speed)
@@ -261,7 +262,7 @@ impl<'a> Session<'a> {
         Run::new(self.dataset, &loaded.config, folder, self.execution, points)
     }
 
-    /// Trains seed by seed until a look decides, and prints what was found.
+    /// Trains seed by seed until a look decides, and prints the result.
     fn decide(&self, n_updates: usize) -> Result<ExitCode> {
         let loaded = self.config(n_updates)?;
         let folder = RunFolder::open(&self.root.join("run"), &loaded.merged, self.args.resume)?;
@@ -348,10 +349,10 @@ impl<'a> Session<'a> {
     }
 }
 
-/// Refuses data that no look could decide, before any training, and takes the run folder away if nothing was trained in it.
+/// Refuses data with which no look could decide, before any training, and removes the run folder if nothing was trained in it.
 fn ensure_enough_groups(run: &Run<'_>, folder: &Path) -> Result<()> {
     if let Err(few) = run.ensure_test_groups() {
-        // A verdict of an earlier version trained first, and its weights are not ours to remove.
+        // A verdict of an earlier version trained first. Its weights must not be removed.
         if folder.join("checkpoints").exists() {
             return Err(few);
         }
