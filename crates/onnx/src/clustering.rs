@@ -1,24 +1,24 @@
-//! Clusters rows of features: how many clusters, by which algorithm, on which distance.
+//! Clusters rows of features, with a choice of the number of clusters, the algorithm and the distance.
 
 use partprobe_carrier::Embeddings;
 use partprobe_cluster::{
     KMeansSettings, Silhouette, WardTree, WeightedRow, euclidean_kmeans, spherical_kmeans,
 };
 
-/// The silhouette compares this many rows at most, evenly spaced in their order: it needs all pairs.
+/// The largest number of rows for the silhouette, which needs all pairs. They are evenly spaced in their order.
 const MAX_COMPARED: usize = 1000;
 
-/// All rows together have this weight, so that areas become multiplicities of k-means.
+/// The total weight of all rows. It converts areas to multiplicities of k-means.
 const WEIGHT_OF_ALL: f64 = 1e9;
 
-/// What joins rows.
+/// The clustering algorithm.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Algorithm {
     /// Ward linkage over small triangles that share a side.
     Ward,
     /// Ward linkage over B-Rep faces that share an edge.
     WardFaces,
-    /// k-means, which knows no neighbors.
+    /// k-means, which does not use neighbors.
     KMeans,
 }
 
@@ -33,23 +33,23 @@ impl Algorithm {
     }
 }
 
-/// What is compared.
+/// The form in which rows are compared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Metric {
     /// Directions: each row is scaled to length 1.
     Cosine,
-    /// The numbers as they are.
+    /// The numbers without changes.
     Euclidean,
 }
 
 /// A rule for the number of clusters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum ClusterCount {
-    /// This many.
+    /// This number.
     Fixed(usize),
     /// As many as the shape has STEP parts.
     Match,
-    /// The number from 2 to `max_k` with the largest mean silhouette; 1 if no silhouette is positive.
+    /// The number from 2 to `max_k` with the largest mean silhouette, or 1 if no silhouette is positive.
     Silhouette { max_k: usize },
 }
 
@@ -61,13 +61,13 @@ pub(crate) struct Clustering {
     pub(crate) metric: Metric,
 }
 
-/// Rows of finite features, and how much each of them counts.
+/// Rows of finite features, and their weights.
 pub(crate) struct Rows {
     pub(crate) features: Embeddings,
     pub(crate) weights: Vec<f64>,
 }
 
-/// The cluster of each row, and how their number was found, for reports.
+/// The cluster of each row, and a text for reports about the choice of their number.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Clustered {
     pub(crate) of_row: Vec<u32>,
@@ -75,9 +75,9 @@ pub(crate) struct Clustered {
 }
 
 impl Clustering {
-    /// Clusters rows; `neighbors` are pairs of rows, and `n_parts` is the number of STEP parts of the shape.
+    /// Clusters rows. `neighbors` are pairs of rows, and `n_parts` is the number of STEP parts of the shape.
     ///
-    /// k-means uses no neighbors and draws from `seed` and `key` alone; Ward linkage draws nothing.
+    /// k-means uses no neighbors, and its random numbers depend only on `seed` and `key`. Ward linkage uses no random numbers.
     pub(crate) fn of_rows(
         &self,
         rows: Rows,
@@ -119,7 +119,7 @@ impl Clustering {
 }
 
 impl Rows {
-    /// The directions of the rows; a row of zeros stays.
+    /// The directions of the rows. A row of zeros is not changed.
     fn with_unit_length(self) -> Self {
         let dim = self.features.dim();
         let mut values = self.features.values().to_vec();
@@ -147,7 +147,7 @@ impl Rows {
             .collect()
     }
 
-    /// Whole numbers in proportion to the weights; 1 for each row if there are no weights to compare.
+    /// Whole numbers in proportion to the weights, or 1 for each row if the sum of the weights is 0 or not finite.
     fn multiplicities(&self) -> Vec<u32> {
         let total: f64 = self.weights.iter().sum();
         let scaled = |weight: &f64| (weight / total * WEIGHT_OF_ALL).round() as u32;
@@ -173,7 +173,7 @@ enum Choice {
     Silhouette(usize),
 }
 
-/// Which k-means, and what its random numbers are drawn from.
+/// The settings of k-means, and the seed and key of its random numbers.
 struct Draws<'a> {
     metric: Metric,
     seed: u64,
@@ -237,12 +237,13 @@ fn k_clusters(rows: &Rows, k: usize, draws: &Draws<'_>) -> Vec<u32> {
         Metric::Euclidean => euclidean_kmeans,
     };
     let weights = rows.multiplicities();
-    // The rows are finite, each has a weight, and k is at least 1: k-means has nothing to refuse.
+    // The rows are finite, each has a weight, and k is at least 1, so k-means does not refuse them.
     algorithm(&rows.features, &weights, &settings, draws.seed, draws.key)
         .map_or_else(|_| vec![0; weights.len()], |clusters| clusters.assignment)
 }
 
-/// The number from 2 to `max_k` whose clusters have the largest mean silhouette, the lowest of equals; 1 if none is positive.
+/// The number from 2 to `max_k` whose clusters have the largest mean silhouette, or 1 if none is positive. If several are equal,
+/// it is the lowest one.
 fn best_by_silhouette(rows: &Rows, max_k: usize, clusters: impl Fn(usize) -> Vec<u32>) -> usize {
     let features: Vec<&[f32]> = rows.features.rows().collect();
     let silhouette = Silhouette::of_rows(&features, &rows.weights);
@@ -306,7 +307,7 @@ mod tests {
         let connected = [[0, 1], [1, 4], [2, 3], [3, 5], [1, 2]];
         check(Ward, &connected, best, &two, "ward, k 2 by silhouette");
         check(Ward, &connected, Fixed(1), &[0; 6], "ward, k 1");
-        // Rows of one direction that are not neighbors stay apart.
+        // Rows of one direction that are not neighbors are not joined.
         check(Ward, &CHAIN, Fixed(4), &[0, 0, 1, 1, 2, 3], "ward, k 4");
     }
 

@@ -1,10 +1,11 @@
-//! Defines why a model gives no features. Each message names the model and the tensor, what was found and expected, and the remedy.
+//! Defines the reasons why a model gives no features. Each message names the model and the tensor, what was found and expected,
+//! and the remedy.
 
-/// What is wrong with a model, its runtime, or what the config says of them.
+/// An error of a model, its runtime, or their settings in the config.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum OnnxError {
-    /// There is nothing that could run a model.
+    /// There is no runtime for the model.
     #[error(
         "there is no runtime for {model}: {reason}. Install ONNX Runtime (`pip install onnxruntime` in the active Python \
          environment), or set `runtime` or ORT_DYLIB_PATH to the path of its library (libonnxruntime.so)"
@@ -12,7 +13,7 @@ pub enum OnnxError {
     NoRuntime {
         /// The model.
         model: String,
-        /// What was looked for.
+        /// The library that was searched.
         reason: String,
     },
     /// The library of ONNX Runtime cannot be used.
@@ -23,16 +24,16 @@ pub enum OnnxError {
     Library {
         /// The path of the library.
         library: String,
-        /// Why not.
+        /// The reason.
         reason: String,
     },
-    /// Two sources of one config name two libraries.
+    /// Two sources of one config name different libraries.
     #[error(
         "`runtime` is {asked}, but this program has already loaded {loaded}, and it can load only one; use the same \
          `runtime` for all sources of a config"
     )]
     OtherLibrary {
-        /// The path that was asked for.
+        /// The requested path.
         asked: String,
         /// The path of the library that is in use.
         loaded: String,
@@ -47,7 +48,7 @@ pub enum OnnxError {
         model: String,
         /// The runtime.
         runtime: String,
-        /// What it says.
+        /// The message of the runtime.
         reason: String,
     },
     /// A key names a tensor that the model does not have.
@@ -66,7 +67,7 @@ pub enum OnnxError {
         /// The tensors that it has, separated by commas.
         known: String,
     },
-    /// Nothing is known about what goes into an input.
+    /// The config does not say what goes into an input.
     #[error(
         "{model} has the input {input}, and no key says what goes into it; set `positions`, `normals`, `areas` or `count` to \
          the name of the input that gets them (one input may get several)"
@@ -84,7 +85,7 @@ pub enum OnnxError {
     WhichOutput {
         /// The model.
         model: String,
-        /// How many outputs it has.
+        /// The number of its outputs.
         n_outputs: usize,
         /// The outputs, separated by commas.
         known: String,
@@ -108,14 +109,14 @@ pub enum OnnxError {
         model: String,
         /// The tensor, with its dimensions.
         tensor: String,
-        /// What goes in or comes out.
+        /// A description of the data that go in or come out.
         content: String,
         /// Dimensions that fit.
         expected: String,
-        /// What to do.
+        /// Advice for the user.
         remedy: &'static str,
     },
-    /// The dimensions leave open which of them is that of the points.
+    /// It is not clear which dimension is that of the points.
     #[error(
         "{model}: {tensor} may have its {items} in either dimension; set `{key}` to `rows` (their numbers are next to each \
          other) or `columns`"
@@ -141,11 +142,11 @@ pub enum OnnxError {
         tensor: String,
         /// `points` or `triangles`.
         items: &'static str,
-        /// How many the model was made for.
+        /// The number for which the model was made.
         n_expected: usize,
-        /// How many there are.
+        /// The number of points or triangles.
         n_found: usize,
-        /// What to do.
+        /// Advice for the user.
         remedy: &'static str,
     },
     /// The model failed on a shape.
@@ -155,10 +156,10 @@ pub enum OnnxError {
         model: String,
         /// The runtime.
         runtime: String,
-        /// What it says.
+        /// The message of the runtime.
         reason: String,
     },
-    /// A feature is not a number.
+    /// A feature is not a finite number.
     #[error(
         "{model}: output `{tensor}` has {value} in row {row} of {n_rows}; every feature must be a finite number, so check the \
          model and the keys `frame` and `factor`"
@@ -172,10 +173,10 @@ pub enum OnnxError {
         value: String,
         /// The row.
         row: usize,
-        /// How many rows there are.
+        /// The number of rows.
         n_rows: usize,
     },
-    /// The shape has no surface that a model could look at.
+    /// The shape has no surface for a model.
     #[error("the shape has no surface: {0}")]
     NoSurface(String),
 }

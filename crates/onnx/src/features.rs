@@ -1,7 +1,7 @@
-//! Feeds points or triangles to a model, and reads a row of features for each of them.
+//! Passes points or triangles to a model, and reads one row of features for each of them.
 //!
-//! What does not fit is found before the model runs where its declared tensors tell it, and after it otherwise. Every message
-//! names the model, the tensor, what was found and what is expected.
+//! If the declared tensors of a model do not fit, this is found before the model runs. Other errors are found after it. Every
+//! message names the model, the tensor, what was found and what is expected.
 
 use crate::error::OnnxError;
 use crate::frame::in_frame;
@@ -37,10 +37,10 @@ impl Quantity {
     }
 }
 
-/// An input of the model and what goes into it.
+/// An input of the model and the data that go into it.
 #[derive(Clone, Debug, PartialEq)]
 enum Feed {
-    /// A row of numbers per point or triangle.
+    /// One row of numbers per point or triangle.
     Rows {
         spec: TensorSpec,
         quantities: Vec<Quantity>,
@@ -52,7 +52,7 @@ enum Feed {
 
 /// A model whose tensors fit the config.
 pub(crate) struct FeatureModel {
-    /// How messages name the model: the path of its file.
+    /// The name of the model in messages: the path of its file.
     path: String,
     model: Box<dyn Model>,
     settings: Settings,
@@ -94,7 +94,7 @@ impl FeatureModel {
         self.model.runtime()
     }
 
-    /// How many points or triangles the model was made for, or `None` if it takes any number.
+    /// The number of points or triangles for which the model was made, or `None` if it accepts any number.
     pub(crate) fn n_rows(&self) -> Option<usize> {
         self.feeds.iter().find_map(|feed| match feed {
             Feed::Rows { placement, .. } => placement.n_rows,
@@ -105,7 +105,7 @@ impl FeatureModel {
     /// One row of finite features for each item. `corners` are the vertices of the shape.
     ///
     /// # Errors
-    /// If the model cannot run on them, or what comes out is not a row of finite numbers for each.
+    /// If the model cannot run on them, or the output is not one row of finite numbers for each.
     pub(crate) fn features(
         &self,
         items: &Items,
@@ -238,7 +238,7 @@ fn items_name(settings: &Settings) -> &'static str {
     }
 }
 
-/// What the config puts into an input, in order.
+/// The data that the config puts into an input, in order.
 fn quantities_of(settings: &Settings, input: &str) -> Vec<Quantity> {
     let names = &settings.inputs;
     let all = [

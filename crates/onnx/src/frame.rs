@@ -1,21 +1,21 @@
-//! Moves and scales positions into the frame that a model was trained in.
+//! Moves and scales positions into the frame in which a model was trained.
 
 use partprobe_carrier::{Point, bounding_box, distance, subtract};
 
-/// Where the origin is, and how long 1 is.
+/// The origin and the unit length of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Frame {
     /// The center of the bounding box is the origin, and half of its longest side is 1.
     UnitBox,
     /// The mean of the points is the origin, and the farthest point is at distance 1.
     UnitSphere,
-    /// Positions stay as they are, in millimeters.
+    /// Positions are not changed and are in millimeters.
     Millimeters,
 }
 
 /// The positions in a frame, times a factor.
 ///
-/// `corners` are the vertices of the shape, which the bounding box encloses. A shape without size is moved only.
+/// `corners` are the vertices of the shape, which the bounding box encloses. A shape without size is only moved.
 pub(crate) fn in_frame(
     positions: &[Point],
     corners: &[Point],

@@ -1,23 +1,23 @@
-//! Makes the list of what a model gets features for: points of a sample, or triangles.
+//! Makes the list of the items for which a model computes features: points of a sample, or triangles.
 
 use crate::error::OnnxError;
 use partprobe_carrier::{
     Mesh, NormalKind, Point, centroid, keyed_rng, sample_by_area, triangle_area, unit_normal,
 };
 
-/// Points or triangles with what a model may be given of them.
+/// Points or triangles with their data for a model.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Items {
     /// The position of each point, or the centroid of each triangle, in millimeters.
     pub(crate) positions: Vec<Point>,
-    /// The unit normal; 0 for a triangle without area.
+    /// The unit normal. It is 0 for a triangle without area.
     pub(crate) normals: Vec<Point>,
     /// The area as a fraction of the surface.
     pub(crate) areas: Vec<f64>,
 }
 
 impl Items {
-    /// Points that are drawn uniformly by area. `key` names the shape, so that each shape has its own random numbers.
+    /// Points that are drawn uniformly by area. `key` names the shape, so each shape has its own random numbers.
     ///
     /// # Errors
     /// If the mesh has no area.
@@ -61,7 +61,7 @@ impl Items {
         }
     }
 
-    /// How many there are.
+    /// The number of items.
     pub(crate) fn len(&self) -> usize {
         self.positions.len()
     }

@@ -1,11 +1,11 @@
 //! Finds where the rows and the numbers of each row are in a tensor.
 //!
-//! A tensor of n points with c numbers each is (n, c), (1, n, c), (c, n) or (1, c, n). Which one it is follows from the
-//! declared or the actual dimensions, or from what the user says.
+//! A tensor of n points with c numbers each is (n, c), (1, n, c), (c, n) or (1, c, n). The declared or the actual dimensions, or
+//! the user, determine which one it is.
 
 use crate::tensor::Dimensions;
 
-/// Which dimension is that of the points or triangles.
+/// The dimension of the points or triangles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Layout {
     /// The numbers of one point are next to each other: (n, c).
@@ -28,7 +28,7 @@ impl Layout {
 
     /// The values in this layout.
     ///
-    /// `rows` holds the numbers row after row; each row has `length` of them.
+    /// `rows` has the numbers row by row. Each row has `length` of them.
     pub(crate) fn pack(self, rows: Vec<f32>, length: usize) -> Vec<f32> {
         match self {
             Self::Rows => rows,
@@ -36,7 +36,7 @@ impl Layout {
         }
     }
 
-    /// The numbers row after row, out of values in this layout.
+    /// The numbers row by row, from values in this layout.
     pub(crate) fn unpack(self, values: Vec<f32>, n_rows: usize) -> Vec<f32> {
         match self {
             Self::Rows => values,
@@ -51,22 +51,22 @@ fn transposed(values: &[f32], length: usize) -> Vec<f32> {
     (0..length).flat_map(column).collect()
 }
 
-/// Why a layout cannot be told.
+/// The reason why a layout cannot be determined.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum NoLayout {
     /// Neither fits.
     Unfit,
-    /// Both fit, and nothing says which one is meant.
+    /// Both fit, and it is not known which one is meant.
     Both,
 }
 
-/// How a matrix is in a tensor.
+/// The placement of a matrix in a tensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Placement {
     /// Whether there is a dimension of 1 in front.
     pub(crate) has_batch: bool,
     pub(crate) layout: Layout,
-    /// How many rows the model was made for, or `None` if it takes any number.
+    /// The number of rows for which the model was made, or `None` if it accepts any number.
     pub(crate) n_rows: Option<usize>,
 }
 
@@ -83,7 +83,7 @@ impl Placement {
             let [n_rows, length] = layout.rows_and_length(pair);
             length.is_none() && (n_rows.is_none() || asked.is_some())
         };
-        // A dimension that is fixed to the length says more than one that may have any size.
+        // A dimension that is fixed to the length has priority over one that may have any size.
         let is_fixed = |layout: Layout| layout.rows_and_length(pair)[1] == Some(length);
         let layout = match only_layout(asked, is_fixed) {
             Err(NoLayout::Unfit) => only_layout(asked, may_be),
@@ -130,7 +130,7 @@ fn without_batch(shape: &[Option<usize>]) -> Option<(bool, [Option<usize>; 2])> 
     }
 }
 
-/// The one layout that fits, among both or the one that was asked for.
+/// The only layout that fits, among both or among the requested one.
 fn only_layout(asked: Option<Layout>, fits: impl Fn(Layout) -> bool) -> Result<Layout, NoLayout> {
     let candidates = Layout::ALL
         .into_iter()

@@ -1,6 +1,6 @@
 //! Runs a user's ONNX model on a shape and clusters its features: the label source `onnx`.
 //!
-//! A model takes the positions and normals of points or triangles, and returns a row of numbers for each. The rows are
+//! A model takes the positions and normals of points or triangles, and returns one row of numbers for each. The rows are
 //! clustered by k-means, or by Ward linkage over neighboring triangles or faces. Each cluster is a label.
 //!
 //! ```
@@ -23,15 +23,15 @@
 //!
 //! # What it does not do
 //!
-//! It trains nothing, prints nothing, and opens no file but the library of ONNX Runtime. It does not search for that
-//! library: the program that uses this crate names it.
+//! It trains nothing, prints nothing, and opens no file except the library of ONNX Runtime. It does not search for that library:
+//! the program that uses this crate names it.
 //!
 //! # Runtime
 //!
 //! The cargo feature `ort`, which is on by default, loads ONNX Runtime 1.17 or newer when the first model is opened. tract, a
-//! runtime in Rust, was weighed too: it compiles for fifteen minutes and changes features of crates that burn shares.
+//! runtime in Rust, was also considered. It compiles for fifteen minutes and changes features of crates that burn shares.
 //!
-//! [`open_model`] is the model alone. Another runtime implements [`Model`], and [`labels_by_model`] makes labels of it.
+//! [`open_model`] opens only the model. Another runtime implements [`Model`], and [`labels_by_model`] makes labels with it.
 
 mod clustering;
 mod error;

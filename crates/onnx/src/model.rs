@@ -1,4 +1,4 @@
-//! Defines a model as a runtime offers it: its tensors can be asked for, and it can be run.
+//! Defines the interface of a model in a runtime: it describes its tensors, and it can be run.
 
 use crate::tensor::{InputTensor, OutputTensor, TensorSpec};
 
@@ -15,9 +15,9 @@ pub trait Model: Send + Sync {
     /// The outputs that it has.
     fn outputs(&self) -> &[TensorSpec];
 
-    /// Runs the model and returns one output. There is one input tensor for each of [`inputs`](Self::inputs).
+    /// Runs the model and returns one output. There is one input tensor per entry of [`inputs`](Self::inputs).
     ///
     /// # Errors
-    /// What the runtime says, if it cannot run the model on this input.
+    /// The message of the runtime, if it cannot run the model on this input.
     fn run(&self, inputs: Vec<InputTensor>, output: &str) -> Result<OutputTensor, String>;
 }

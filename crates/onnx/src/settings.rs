@@ -7,7 +7,7 @@ use partprobe_imports::parameters::{choice, number, whole_number};
 use partprobe_imports::{ImportError, ParameterKey};
 use partprobe_sources::SourceContext;
 
-/// The most clusters that may be asked for.
+/// The largest number of clusters that may be requested.
 const MAX_CLUSTERS: u64 = 1000;
 
 /// Every key, for `partprobe check labels` and messages.
@@ -69,16 +69,16 @@ pub(crate) const KEYS: &[ParameterKey] = &[
     ParameterKey::optional("seed", "what the sample and k-means are drawn with (0)"),
 ];
 
-/// What has features.
+/// The items that have features.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Per {
-    /// The points of a sample; `None` draws as many as the model is made for.
+    /// The points of a sample. With `None`, their number is the one for which the model is made.
     Point { n_points: Option<usize> },
     /// Triangles, of the refined mesh or of the carrier's own.
     Triangle { refined: bool },
 }
 
-/// The inputs that get something; two of them may be the same.
+/// The inputs that get data. Two of them may be the same.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct InputNames {
     pub(crate) positions: Option<String>,
@@ -87,7 +87,7 @@ pub(crate) struct InputNames {
     pub(crate) count: Option<String>,
 }
 
-/// All keys but `path` and `runtime`.
+/// All keys except `path` and `runtime`.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Settings {
     pub(crate) per: Per,
@@ -105,7 +105,7 @@ impl Settings {
     /// Reads the keys.
     ///
     /// # Errors
-    /// If a value is not possible, or a key has no meaning next to the others.
+    /// If a value is not possible, or a key has no meaning together with the others.
     pub(crate) fn of(context: &SourceContext) -> Result<Self, ImportError> {
         let text = |key: &str| context.parameter(key).map(str::to_owned);
         Ok(Self {

@@ -1,4 +1,4 @@
-//! Defines the type `onnx` of label sources: how it is opened, and how a shape is labeled.
+//! Defines the type `onnx` of label sources: it opens a model and labels shapes with it.
 
 use crate::clustering::{Algorithm, Clustered, Rows};
 use crate::error::OnnxError;
@@ -36,10 +36,10 @@ pub const ONNX: ImportType = ImportType {
     },
 };
 
-/// How many points are sampled if neither the config nor the model says it.
+/// The number of sampled points if neither the config nor the model gives it.
 const N_POINTS: usize = 4096;
 
-/// A small triangle takes the features of the nearest point whose normal differs by at most this angle, if there is one.
+/// A small triangle gets the features of the nearest point whose normal differs by at most this angle, if there is one.
 const MAX_ANGLE_DEG: f64 = 45.0;
 
 /// Labels by a model of a runtime of your own, with the keys of the type [`ONNX`].
@@ -73,7 +73,7 @@ struct ModelLabels {
     model: FeatureModel,
 }
 
-/// The features of a shape, and what they belong to.
+/// The features of a shape, and the elements to which they belong.
 struct Featured {
     items: Items,
     features: Embeddings,
@@ -142,14 +142,14 @@ struct Labeled {
     labels: SourceLabels,
     /// The label of each small triangle or face.
     of_items: Vec<u32>,
-    /// What they are.
+    /// The kind of elements that have labels.
     items: &'static str,
-    /// How their number was found.
+    /// The way in which the number of clusters was found.
     rule: String,
 }
 
 impl Labeled {
-    /// SHA-256 of the model and the labels: another model is noticed, and so is a runtime that gives other labels.
+    /// SHA-256 of the model and the labels. It detects another model, and a runtime that gives other labels.
     fn content_hash(&self, model_hash: &str) -> String {
         let labels = self.of_items.iter().flat_map(|label| label.to_le_bytes());
         let bytes: Vec<u8> = model_hash.bytes().chain(labels).collect();
@@ -198,7 +198,7 @@ impl ModelLabels {
             .of_rows(rows, neighbors, n_parts, settings.seed, key)
     }
 
-    /// Clusters what has features; a small triangle has the cluster of the nearest point.
+    /// Clusters the items with features. A small triangle has the cluster of the nearest point.
     fn by_items(&self, carrier: &Carrier, featured: Featured) -> Result<Labeled, JoinProblem> {
         let item_of_triangle = self.item_of_triangle(&featured)?;
         let rows = Rows {
@@ -256,8 +256,8 @@ impl ModelLabels {
         })
     }
 
-    /// The item whose features each small triangle takes: itself, or the nearest point whose normal agrees, or else the
-    /// nearest point.
+    /// The item whose features each small triangle gets: the triangle itself, or the nearest point whose normal agrees, or
+    /// otherwise the nearest point.
     fn item_of_triangle(&self, featured: &Featured) -> Result<Vec<u32>, JoinProblem> {
         let triangles = &featured.triangles;
         if let Per::Triangle { .. } = self.model.settings().per {
@@ -280,7 +280,7 @@ impl ModelLabels {
             let found = nearest.nearest(query, &agreeing);
             found.or_else(|| nearest.nearest(query, &Limits::NONE))
         };
-        // A triangle at no finite position has no nearest point; it takes the first one.
+        // A triangle without a finite position has no nearest point. It gets the first one.
         let found = for_all(&queries, |query| find(query).map_or(0, |found| found.item));
         Ok(found)
     }

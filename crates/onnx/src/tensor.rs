@@ -1,15 +1,15 @@
-//! Defines what a model says of its tensors, and the tensors that go in and come out.
+//! Defines the declarations of a model's tensors, and the tensors that go in and come out.
 
 use std::fmt;
 
-/// A tensor as the model declares it.
+/// The declaration of a tensor by the model.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TensorSpec {
     /// Its name.
     pub name: String,
     /// The type of its numbers.
     pub element: Element,
-    /// Its dimensions. `None` is one that depends on the input.
+    /// Its dimensions. A dimension that depends on the input is `None`.
     pub shape: Vec<Option<usize>>,
 }
 
@@ -61,7 +61,7 @@ impl fmt::Display for Dimensions<'_> {
 pub struct InputTensor {
     /// The name of the input.
     pub name: String,
-    /// The dimensions; their product is the number of values.
+    /// The dimensions. Their product is the number of values.
     pub shape: Vec<usize>,
     /// The values in row-major order.
     pub values: InputValues,
@@ -79,7 +79,7 @@ pub enum InputValues {
 /// A tensor of type `float32` that came out of a model.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OutputTensor {
-    /// The dimensions; their product is the number of values.
+    /// The dimensions. Their product is the number of values.
     pub shape: Vec<usize>,
     /// The values in row-major order.
     pub values: Vec<f32>,

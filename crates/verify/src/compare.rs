@@ -3,36 +3,37 @@
 use crate::FileReading;
 use std::collections::BTreeMap;
 
-/// Areas agree within this fraction of the reference's.
+/// Areas agree if they differ by at most this fraction of the reference's area.
 const AREA_TOLERANCE: f64 = 0.01;
-/// A face's triangles may leave its own area by this fraction; more of them, and points drawn by area are too many.
+/// The area of a face's triangles may differ from its own area by this fraction. With a larger difference, sampling by area would
+/// draw wrong numbers of points.
 const MESH_AREA_TOLERANCE: f64 = 0.15;
 
-/// How many faces agree in area.
+/// The numbers of faces that agree in area.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct AreaCount {
     /// Faces that both readings have.
     pub n_faces: usize,
-    /// Those to which the reference gives an area above zero, analytically or by its mesh.
+    /// Faces to which the reference gives an area above zero, analytically or by its mesh.
     pub n_comparable: usize,
-    /// Those of the comparable whose area is within 1 % of the reference's analytic or mesh area.
+    /// Comparable faces whose area is within 1 % of the reference's analytic or mesh area.
     pub n_agreeing: usize,
-    /// Those without a triangle, though the reference's mesh has area there.
+    /// Faces without a triangle, although the reference's mesh has area there.
     pub n_without_triangles: usize,
-    /// Those whose triangles have the face's own area, within 15 %.
+    /// Faces whose triangles have the face's own area, within 15 %.
     pub n_unfolded: usize,
 }
 
-/// What agrees, and each disagreement in words.
+/// The agreements, and each disagreement in words.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Agreement {
-    /// The same `#` numbers are faces.
+    /// Whether the same `#` numbers are faces.
     pub count: bool,
-    /// And have the same types.
+    /// Whether the faces also have the same types.
     pub types: bool,
-    /// The same pairs share the same number of edges.
+    /// Whether the same pairs share the same number of edges.
     pub adjacency: bool,
-    /// The same faces share parts.
+    /// Whether the partitions are equal.
     pub partition: bool,
     /// The areas.
     pub areas: AreaCount,
@@ -40,7 +41,7 @@ pub struct Agreement {
     pub disagreements: Vec<String>,
 }
 
-/// Compares our reading with the reference's.
+/// Compares the reading of partprobe with that of the reference.
 #[must_use]
 pub fn compare(ours: &FileReading, theirs: &FileReading) -> Agreement {
     let mut agreement = Agreement::default();

@@ -1,4 +1,4 @@
-//! Compares one measured file with itself and with a reference: counts and disagreements come out.
+//! Compares one measured file with itself and with a reference. Counts and disagreements come out.
 
 use crate::{
     Agreement, FileReading, Finding, GroupCounts, MeasureSettings, MeasuredFile, ReferenceFile,
@@ -9,10 +9,10 @@ use std::collections::BTreeMap;
 /// The partition of a file is not counted if two faces of one type meet this close to θ, in degrees.
 const ANGLE_SLACK_DEG: f64 = 1e-3;
 
-/// What one file adds to its group, and all that is wrong with it.
+/// The counts of one file for its group, and all its problems.
 #[derive(Clone, Debug)]
 pub struct FileComparison {
-    /// What agrees with the reference, and each disagreement.
+    /// The agreements with the reference, and each disagreement.
     pub agreement: Agreement,
     /// Faces and solids that contradict themselves.
     pub findings: Vec<Finding>,
@@ -23,7 +23,7 @@ pub struct FileComparison {
 }
 
 impl FileComparison {
-    /// Compares a file with what the reference says of its faces, and of its solids if there are volumes.
+    /// Compares a file with the faces of the reference, and with its solids if there are volumes.
     #[must_use]
     pub fn of(
         measured: &MeasuredFile,
@@ -65,7 +65,7 @@ impl FileComparison {
     }
 }
 
-/// How many of the solids that the file closes have a watertight mesh, and a line for each other one.
+/// The number of closed solids of the file with a watertight mesh, and one line per other closed solid.
 fn watertight_solids(measured: &MeasuredFile) -> ((usize, usize), Vec<String>) {
     let mut count = (0, 0);
     let mut open = Vec::new();

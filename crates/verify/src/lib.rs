@@ -1,4 +1,4 @@
-//! Compares the reading of a STEP file with itself, and with what another kernel read in the same file.
+//! Compares the reading of a STEP file with itself, and with that of another kernel.
 //!
 //! ```
 //! use partprobe_verify::{MeasureSettings, MeasuredFile, self_check};

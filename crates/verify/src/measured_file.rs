@@ -4,14 +4,14 @@ use partprobe_brep::{Brep, ReadBudget, ReadError, Tessellation, TessellationOpti
 use partprobe_carrier::{Partition, SolidMesh, solid_mesh, weld};
 use partprobe_sources::partition_by_type_and_angle;
 
-/// What was asked of the kernel.
+/// The settings of the kernel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MeasureSettings {
     /// Dihedral threshold, in degrees.
     pub theta_deg: f64,
     /// Tessellation.
     pub options: TessellationOptions,
-    /// What the file may cost.
+    /// The limits for reading the file.
     pub budget: ReadBudget,
 }
 
@@ -26,10 +26,10 @@ impl Default for MeasureSettings {
     }
 }
 
-/// A solid: what the file says of it, and its mesh.
+/// A solid: its data in the file, and its mesh.
 #[derive(Clone, Copy, Debug)]
 pub struct MeasuredSolid {
-    /// The file closes it: each of its edges is used as often in one direction as in the other.
+    /// Whether it is closed in the file: each of its edges is used equally often in both directions.
     pub closed: bool,
     /// Volume that its true surfaces enclose, in cubic millimeters.
     pub volume: f64,
@@ -37,7 +37,7 @@ pub struct MeasuredSolid {
     pub mesh: SolidMesh,
 }
 
-/// A file as the kernel understands it.
+/// A file as the kernel reads it.
 #[derive(Clone, Debug)]
 pub struct MeasuredFile {
     /// Faces, edges and their nesting.

@@ -1,9 +1,9 @@
-//! Reduces a file to what two kernels can agree on: faces by their `#` numbers, and pairs of them.
+//! Reduces a file to data that two kernels can compare: faces by their `#` numbers, and pairs of them.
 
 use crate::MeasuredFile;
 use std::collections::BTreeMap;
 
-/// A face that a kernel saw.
+/// A face that a kernel has read.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FaceReading {
     /// The name of the primitive type.
@@ -12,11 +12,11 @@ pub struct FaceReading {
     pub part: u64,
     /// Area of the trimmed surface, in square millimeters.
     pub area: Option<f64>,
-    /// Area of the face's triangles; `None` if it has no triangle.
+    /// The area of the face's triangles, or `None` if it has no triangle.
     pub mesh_area: Option<f64>,
 }
 
-/// Faces by `#` number, and the pairs that share an edge, once for each edge.
+/// Faces by `#` number, and the pairs that share an edge, once per edge.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FileReading {
     /// The faces.

@@ -1,16 +1,16 @@
-//! Reads a line of a reference: what another kernel read in one file.
+//! Reads a line of a reference: the reading of one file by another kernel.
 
 use crate::{FaceReading, FileReading};
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 use std::collections::BTreeMap;
 
-/// One file as the reference saw it.
+/// One file as the reference has read it.
 #[derive(Clone, Debug, Deserialize)]
 pub struct ReferenceFile {
-    /// Path below the folder that is compared; its first component is the group.
+    /// The path below the compared folder. Its first component is the group.
     pub file: String,
-    /// `ok` where the reference could read the file.
+    /// `ok` if the reference could read the file.
     pub status: String,
     #[serde(default)]
     faces: Vec<ReferenceFace>,
@@ -35,7 +35,7 @@ struct ReferenceFace(
 struct ReferenceEdge(usize, usize, Option<f64>, IgnoredAny);
 
 impl ReferenceFile {
-    /// A file of which no reference says anything.
+    /// A file without data of a reference.
     #[must_use]
     pub fn unseen(file: String) -> Self {
         Self {
@@ -46,13 +46,13 @@ impl ReferenceFile {
         }
     }
 
-    /// The first component of the path; `.` where the file lies in the folder itself.
+    /// The first component of the path, or `.` if the file is in the folder itself.
     #[must_use]
     pub fn group(&self) -> &str {
         self.file.split_once('/').map_or(".", |(group, _)| group)
     }
 
-    /// Whether two faces of one type meet within `slack` degrees of `theta_deg`, where kernels may round apart.
+    /// Whether two faces of one type meet within `slack` degrees of `theta_deg`, so that kernels may round to different sides.
     #[must_use]
     pub fn has_angle_near(&self, theta_deg: f64, slack: f64) -> bool {
         self.edges.iter().any(|edge| {

@@ -4,7 +4,7 @@ use crate::{Finding, GroupCounts, Quantity};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// Everything that was found in a folder of files.
+/// All results of a folder of files.
 #[derive(Debug, Serialize)]
 pub struct VerificationReport {
     /// The groups by name: the first component of their files' paths.
@@ -35,7 +35,7 @@ pub struct FindingRow {
     values: TwoValues,
 }
 
-/// The same quantity, computed twice; `null` if it is not a number.
+/// The same quantity, computed twice. It is `null` if it is NaN.
 #[derive(Debug, Serialize)]
 struct TwoValues {
     surface: f64,
@@ -63,26 +63,26 @@ impl FindingRow {
     }
 }
 
-/// What is said of a file in words.
+/// A text about a file.
 #[derive(Debug, Serialize)]
 pub struct TextRow {
     /// The file, below the folder.
     pub path: String,
-    /// What is said of it.
+    /// The text.
     pub reason: String,
 }
 
-/// What the files of a group add up to.
+/// The sums over the files of a group.
 #[derive(Debug, Serialize)]
 pub struct Counts {
     n_files: usize,
     n_failed: usize,
     n_findings: usize,
-    /// Faces whose quadrature and triangles have one area.
+    /// Faces whose quadrature and triangles give the same area.
     own_areas: Rate,
-    /// Closed solids whose surfaces and triangles enclose one volume.
+    /// Closed solids whose surfaces and triangles enclose the same volume.
     own_volumes: Rate,
-    /// What needs a reference.
+    /// The counts that need a reference.
     #[serde(flatten, skip_serializing_if = "Option::is_none")]
     by_reference: Option<ReferenceCounts>,
 }
@@ -104,12 +104,12 @@ struct ReferenceCounts {
     watertight: Rate,
 }
 
-/// How many of how many.
+/// A count out of a total.
 #[derive(Debug, Serialize)]
 struct Rate {
     n: usize,
     of: usize,
-    /// `n / of`; `null` if there is nothing to count.
+    /// `n / of`, or `null` if there is nothing to count.
     rate: Option<f64>,
 }
 
@@ -124,7 +124,7 @@ impl Rate {
 }
 
 impl Counts {
-    /// The rates of a group; those that need a reference only if there is one.
+    /// The rates of a group. Those that need a reference are only included if there is one.
     #[must_use]
     pub fn new(counts: &GroupCounts, has_reference: bool) -> Self {
         let own = counts.own;

@@ -1,8 +1,8 @@
-//! Compares a reading with itself: each face's area by quadrature and by its triangles, each solid's volume likewise.
-//! What goes in is a measured file; what comes out are counts and findings in words, with `#` numbers.
+//! Compares a reading with itself: each face's area by quadrature and by its triangles, and each solid's volume in the same way.
+//! A measured file goes in, and counts and findings in words, with `#` numbers, come out.
 //!
-//! The two areas come from different arithmetic. The mesh takes the boundary and the surface at its vertices only; the
-//! quadrature takes the surface's stretch and the parameters of the boundary. Chords explain a difference, and no other.
+//! The two areas are computed in different ways. The mesh uses the boundary and the surface only at its vertices. The quadrature
+//! uses the surface's stretch and the parameters of the boundary. Only chords can explain a difference.
 
 use crate::MeasuredFile;
 use partprobe_carrier::{Face, FaceType, border_sides, distance};
@@ -22,16 +22,16 @@ const BY_NARROWNESS: f64 = 0.15;
 /// Volumes may differ by this fraction in addition to the effects of `volume_loss` and the chords.
 const BY_VOLUME: f64 = 0.01;
 
-/// How many faces and solids agree with themselves.
+/// The numbers of faces and solids that agree with themselves.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SelfCount {
     /// Faces with triangles.
     pub n_faces: usize,
-    /// Those whose quadrature and triangles have one area, as far as chords allow.
+    /// Faces whose quadrature and triangles give the same area, within the effect of chords.
     pub n_faces_agreeing: usize,
-    /// Solids that the file closes.
+    /// Solids that are closed in the file.
     pub n_solids: usize,
-    /// Those whose true surfaces and triangles enclose one volume.
+    /// Solids whose true surfaces and triangles enclose the same volume.
     pub n_solids_agreeing: usize,
 }
 
@@ -51,7 +51,7 @@ impl SelfCount {
     }
 }
 
-/// What of a face or solid was computed twice.
+/// The quantity of a face or solid that was computed twice.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Quantity {
@@ -66,9 +66,9 @@ pub enum Quantity {
 pub struct Finding {
     /// Its `#` number.
     pub step_id: u64,
-    /// What contradicts.
+    /// The quantity that contradicts.
     pub what: Quantity,
-    /// The type of the face; `None` for a solid.
+    /// The type of the face, or `None` for a solid.
     pub face_type: Option<&'static str>,
     /// By a quadrature of the true surfaces.
     pub surface: f64,
@@ -101,7 +101,7 @@ impl fmt::Display for Finding {
     }
 }
 
-/// A face by both of its areas.
+/// A face with both of its areas.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct TwoAreas {
     /// By quadrature, in square millimeters.
@@ -112,7 +112,7 @@ struct TwoAreas {
     border: f64,
 }
 
-/// The part of a round face by which its triangles may be smaller, for an angle tolerance in radians: at 0.3 rad a disc loses
+/// The fraction of a round face by which its triangles may be smaller, for an angle tolerance in radians: at 0.3 rad a disc loses
 /// 1.5 %, and 2 % are allowed.
 fn by_angle(angle_rad: f64) -> f64 {
     (BY_ANGLE * (1.0 - angle_rad.sin() / angle_rad)).max(AT_ANY_ANGLE)
@@ -128,7 +128,7 @@ impl TwoAreas {
     }
 }
 
-/// Compares the areas and the volumes of a file with themselves; `angle_rad` is the angle tolerance of its mesh.
+/// Compares the areas and the volumes of a file with themselves. `angle_rad` is the angle tolerance of its mesh.
 #[must_use]
 pub fn self_check(measured: &MeasuredFile, angle_rad: f64) -> (SelfCount, Vec<Finding>) {
     let mut count = SelfCount::default();
@@ -175,7 +175,7 @@ pub fn self_check(measured: &MeasuredFile, angle_rad: f64) -> (SelfCount, Vec<Fi
     (count, findings)
 }
 
-/// What the triangles may cut off a solid: a layer as thick as half the chord tolerance over its curved faces.
+/// The volume that the triangles may cut off a solid: a layer over its curved faces that is half as thick as the chord tolerance.
 fn slack(measured: &MeasuredFile, index: usize) -> f64 {
     let is_curved =
         |face: &&Face| face.solid == Some(index as u32) && face.face_type != FaceType::Plane;
@@ -190,7 +190,7 @@ fn slack(measured: &MeasuredFile, index: usize) -> f64 {
     0.5 * measured.shape.chord_mm * curved
 }
 
-/// Both areas of each face; none for a face without triangles.
+/// Both areas of each face, or `None` for a face without triangles.
 fn two_areas(measured: &MeasuredFile) -> Vec<Option<TwoAreas>> {
     let (graph, mesh) = (&measured.shape.graph, &measured.shape.mesh);
     let mut found: Vec<Option<TwoAreas>> = vec![None; graph.faces.len()];
@@ -233,10 +233,10 @@ mod tests {
 
     #[test]
     fn chords_explain_what_they_can() {
-        // A disc of radius 2 at 0.3 rad, and the same at no tolerance to speak of.
+        // A disc of radius 2 at 0.3 rad, and the same at almost no tolerance.
         check([12.56, 12.36, 12.56], [0.01, 0.3], true);
         check([12.56, 12.36, 12.56], [0.0, 0.3], true);
-        // Half of a spline face, as it came when its parameters ran unevenly.
+        // Half of a spline face, the result when its parameters were uneven.
         check([34.69, 50.0, 34.1], [0.028, 0.3], false);
         check([62.5, 50.0, 34.1], [0.028, 0.3], false);
         // A strip narrower than the chord tolerance, and one that is folded.

@@ -1,15 +1,15 @@
-//! Writes the agreement by group, as a table that a person reads.
+//! Writes the agreement by group, as a table for readers.
 
 use crate::{Agreement, SelfCount, VolumeCount};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-/// What the files of one group add up to.
+/// The sums over the files of one group.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct GroupCounts {
-    /// Files that the reference loads and the folder holds.
+    /// Files in the folder that the reference can load.
     pub n_files: usize,
-    /// Files that we cannot read.
+    /// Files that partprobe cannot read.
     pub n_failed: usize,
     /// Files with exact faces, types and adjacency, and the files exact in all four.
     pub exact: [usize; 4],
@@ -25,7 +25,7 @@ pub struct GroupCounts {
     pub n_unfolded: usize,
     /// The closed solids' volumes.
     pub volumes: VolumeCount,
-    /// Solids whose mesh closes, of those that the file closes.
+    /// Solids with a closed mesh, of those that are closed in the file.
     pub watertight: (usize, usize),
     /// Faces and solids whose quadrature and triangles agree.
     pub own: SelfCount,
@@ -53,7 +53,7 @@ impl GroupCounts {
         self.n_unfolded += agreement.areas.n_unfolded;
     }
 
-    /// Adds a file that we cannot read; it counts as wrong everywhere.
+    /// Adds a file that partprobe cannot read. It counts as wrong everywhere.
     pub fn add_failure(&mut self) {
         self.n_files += 1;
         self.n_failed += 1;
@@ -117,7 +117,7 @@ impl GroupCounts {
     }
 }
 
-/// A percentage that says 100 only of all, with the count of what is missing.
+/// A percentage with the count of missing items. It is 100 only if nothing is missing.
 fn share((part, whole): (usize, usize)) -> String {
     match whole {
         0 => "–".to_owned(),
@@ -130,7 +130,7 @@ fn share((part, whole): (usize, usize)) -> String {
     }
 }
 
-/// A Markdown table, one row a group and a last one for all.
+/// A Markdown table with one row per group and a last one for all.
 #[must_use]
 pub fn table(groups: &BTreeMap<String, GroupCounts>) -> String {
     const HEAD: [&str; 19] = [
@@ -157,7 +157,7 @@ pub fn table(groups: &BTreeMap<String, GroupCounts>) -> String {
     rows(&HEAD, groups, |counts| counts.cells().to_vec())
 }
 
-/// The table of files that are compared with themselves alone.
+/// The table of files that are compared only with themselves.
 #[must_use]
 pub fn own_table(groups: &BTreeMap<String, GroupCounts>) -> String {
     const HEAD: [&str; 7] = [
@@ -179,7 +179,7 @@ pub fn own_table(groups: &BTreeMap<String, GroupCounts>) -> String {
     })
 }
 
-/// One row a group and a last one for all.
+/// One row per group and a last one for all.
 fn rows(
     head: &[&str],
     groups: &BTreeMap<String, GroupCounts>,

@@ -1,16 +1,16 @@
-//! Compares the exact volume of each solid: lines of another kernel's volumes in, counts and disagreements out.
+//! Compares the exact volume of each solid: lines of another kernel's volumes go in, and counts and disagreements come out.
 
 use crate::MeasuredFile;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 
-/// Volumes agree within this fraction of the reference's.
+/// Volumes agree if they differ by at most this fraction of the reference's volume.
 const VOLUME_TOLERANCE: f64 = 0.01;
 
-/// The solids of one file; there are none if the reference could not read it.
+/// The solids of one file. There are none if the reference could not read it.
 #[derive(Clone, Debug, Deserialize)]
 pub struct VolumesLine {
-    /// Path below the folder that is compared.
+    /// The path below the compared folder.
     pub file: String,
     #[serde(default)]
     solids: Vec<SolidRow>,
@@ -19,27 +19,27 @@ pub struct VolumesLine {
 /// `[step id, whether closed, volume, whether valid]`.
 type SolidRow = (Option<u64>, bool, f64, bool);
 
-/// A solid as the reference knows it.
+/// The data of a solid in the reference.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ReferenceSolid {
-    /// All its shells are closed.
+    /// Whether all its shells are closed.
     pub is_closed: bool,
-    /// What its true surfaces enclose, in cubic millimeters.
+    /// The volume that its true surfaces enclose, in cubic millimeters.
     pub volume: f64,
-    /// The reference's own checker finds nothing wrong with it.
+    /// Whether the reference's own checker finds no error in it.
     pub is_valid: bool,
 }
 
-/// How many closed solids agree in volume.
+/// The numbers of closed solids that agree in volume.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct VolumeCount {
-    /// Solids that the reference calls closed.
+    /// Solids that are closed according to the reference.
     pub n_solids: usize,
-    /// Those whose true surfaces enclose the reference's volume within 1 %.
+    /// Solids whose true surfaces enclose the reference's volume within 1 %.
     pub n_agreeing: usize,
-    /// Those whose mesh encloses it within 1 %.
+    /// Solids whose mesh encloses it within 1 %.
     pub n_meshes_agreeing: usize,
-    /// Solids that the reference's checker calls valid as well.
+    /// Solids that are also valid according to the reference's checker.
     pub n_valid: usize,
     /// Those of them whose true surfaces enclose the reference's volume within 1 %.
     pub n_valid_agreeing: usize,
@@ -57,7 +57,7 @@ impl VolumeCount {
 }
 
 impl VolumesLine {
-    /// The solids by `#` number. Pieces into which the reference has broken one solid are one again.
+    /// The solids by `#` number. If the reference has divided a solid into pieces, they are joined again.
     #[must_use]
     pub fn by_number(&self) -> BTreeMap<u64, ReferenceSolid> {
         by_number(&self.solids)
@@ -81,7 +81,7 @@ fn by_number(solids: &[SolidRow]) -> BTreeMap<u64, ReferenceSolid> {
     found
 }
 
-/// Compares the volumes of the solids that the reference calls closed.
+/// Compares the volumes of the solids that are closed according to the reference.
 #[must_use]
 pub fn compare_volumes(
     ours: &MeasuredFile,

@@ -9,7 +9,7 @@ mod onnx_runtime;
 use crate::error::OnnxError;
 use crate::model::Model;
 
-/// The model in these bytes, ready to run. `path` is how messages name it.
+/// The model in these bytes, ready to run. `path` is its name in messages.
 ///
 /// `runtime` is the path of a library of ONNX Runtime, or `None` for the one that the system's loader finds.
 ///

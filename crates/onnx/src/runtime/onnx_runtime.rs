@@ -1,7 +1,7 @@
 //! Runs models on ONNX Runtime, loaded from a library of the user's machine.
 //!
-//! A session runs on one thread, so that a result does not depend on how many there are. Threads that label several shapes
-//! at a time each take a session of their own. One program can load one library only.
+//! A session runs on one thread, so a result does not depend on the number of threads. Threads that label several shapes at a
+//! time use different sessions. A program can load only one library.
 
 use crate::error::OnnxError;
 use crate::model::Model;
@@ -16,7 +16,7 @@ use std::sync::{Mutex, PoisonError};
 /// The library that this program has loaded.
 static LOADED: Mutex<Option<Library>> = Mutex::new(None);
 
-/// A library that is loaded, and what all sessions share.
+/// A loaded library, and the data that all sessions share.
 #[derive(Clone)]
 struct Library {
     path: PathBuf,
@@ -35,10 +35,10 @@ pub(crate) struct OnnxRuntimeModel {
 }
 
 impl OnnxRuntimeModel {
-    /// Loads the library, unless it is loaded already, and reads the model.
+    /// Loads the library, unless it is already loaded, and reads the model.
     ///
     /// # Errors
-    /// If the library cannot be loaded, another one is loaded already, or it cannot read the model.
+    /// If the library cannot be loaded, another one is already loaded, or it cannot read the model.
     pub(crate) fn open(path: &str, bytes: Vec<u8>, library: &str) -> Result<Self, OnnxError> {
         let Library {
             path: library,
@@ -113,7 +113,7 @@ impl Model for OnnxRuntimeModel {
     }
 }
 
-/// Loads a library, unless it is loaded already. A name without a folder is left to the system's loader.
+/// Loads a library, unless it is already loaded. The system's loader searches a name without a folder.
 fn load(library: &str) -> Result<Library, OnnxError> {
     let unusable = |reason: String| OnnxError::Library {
         library: library.to_owned(),
@@ -150,7 +150,7 @@ fn load(library: &str) -> Result<Library, OnnxError> {
     Ok(library)
 }
 
-/// A session that runs on the thread that calls it, and says nothing.
+/// A session that runs on the calling thread and prints nothing.
 fn session(environment: &Environment, bytes: &[u8]) -> Result<Session, ort::Error> {
     Session::builder(environment)?
         .with_intra_threads(1)?
