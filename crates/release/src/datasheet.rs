@@ -1,4 +1,4 @@
-//! Writes `DATASHEET.md`: what a package holds, how it was made, what it is for, and what it is not.
+//! Writes `DATASHEET.md`: the content, the making, the purpose and the limits of a package.
 
 use crate::manifest::Manifest;
 use std::fmt::Write;
@@ -6,15 +6,15 @@ use std::fmt::Write;
 /// A reason why files or solids have no labels.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Unlabeled {
-    /// How labeling ended, as in the index of a data set.
+    /// The status of labeling, as in the index of a data set.
     pub status: String,
-    /// The reason. The datasheet tells it without numbers and without what it quotes.
+    /// The reason. The datasheet shows it without numbers and quoted texts.
     pub reason: String,
-    /// How many there are.
+    /// The number of files or solids with this reason.
     pub n: u64,
 }
 
-/// What a datasheet says beyond the manifest.
+/// The facts of a datasheet in addition to the manifest.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct DatasheetFacts {
     /// Files and solids without labels, by reason, the most frequent first.
@@ -23,7 +23,7 @@ pub struct DatasheetFacts {
     pub n_lost: u64,
 }
 
-/// The text of the datasheet. It depends on the arguments alone.
+/// The text of the datasheet. It depends only on the arguments.
 #[must_use]
 pub fn datasheet(manifest: &Manifest, facts: &DatasheetFacts) -> String {
     [
@@ -98,7 +98,7 @@ fn unlabeled(manifest: &Manifest, facts: &DatasheetFacts) -> String {
     text
 }
 
-/// The reason with `…` in place of each number, and of what it quotes: neither a coordinate nor a name is released.
+/// The reason with `…` instead of each number and quoted text, so that no coordinate and no name is released.
 fn without_values(reason: &str) -> String {
     let mut text = String::new();
     for (position, piece) in reason.split('`').enumerate() {

@@ -3,29 +3,29 @@
 use partprobe_tables::ShapeLabels;
 use std::fmt::{self, Display};
 
-/// Where labels of today first differ from those that were released.
+/// The first difference of current labels from the released ones.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum LabelDifference {
     /// The numbers of faces differ.
     FaceCount {
-        /// In the package.
+        /// The number in the package.
         released: usize,
-        /// Today.
+        /// The current number.
         now: usize,
     },
     /// A face has another `#` number, occurrence, type, part or label.
     Face {
         /// The `#` number of the face in the package.
         step_id: u64,
-        /// What differs.
+        /// The property that differs.
         what: String,
         /// The value in the package.
         released: String,
-        /// The value of today.
+        /// The current value.
         now: String,
     },
-    /// The labels of a source are there on one side only.
+    /// The labels of a source exist only on one side.
     Layer {
         /// The source.
         name: String,
@@ -34,20 +34,20 @@ pub enum LabelDifference {
     },
     /// The numbers of shared edges differ.
     EdgeCount {
-        /// In the package.
+        /// The number in the package.
         released: usize,
-        /// Today.
+        /// The current number.
         now: usize,
     },
     /// A shared edge lies between other faces, or has another angle.
     Edge {
         /// The `#` numbers of its faces in the package.
         step_ids: [u64; 2],
-        /// What differs.
+        /// The property that differs.
         what: &'static str,
         /// The value in the package.
         released: String,
-        /// The value of today.
+        /// The current value.
         now: String,
     },
 }
@@ -201,7 +201,7 @@ mod tests {
     use crate::fixtures::two_faces;
     use partprobe_carrier::FaceType;
 
-    /// What is said of labels that were changed in this way.
+    /// The message for labels that were changed in this way.
     #[track_caller]
     fn check(change: impl Fn(&mut ShapeLabels), expected: &str) {
         let mut now = two_faces();

@@ -1,9 +1,9 @@
-//! Hashes labels, so that two sets of labels are compared without looking at each face.
+//! Hashes labels, so that two sets of labels can be compared without comparing each face.
 
 use partprobe_carrier::sha256_hex;
 use partprobe_tables::ShapeLabels;
 
-/// What the hash has in place of an angle that is not defined.
+/// The value in the hash for an undefined angle.
 const NO_ANGLE: u64 = u64::MAX;
 
 /// The SHA-256 of everything in the labels of a shape, in hexadecimal.
@@ -33,7 +33,7 @@ pub fn labels_sha256(labels: &ShapeLabels) -> String {
     sha256_hex(&bytes)
 }
 
-/// The SHA-256 of the faces and their parts alone, in hexadecimal. Labels by other settings may have the same one.
+/// The SHA-256 of only the faces and their parts, in hexadecimal. Labels with other settings may have the same hash.
 #[must_use]
 pub fn parts_sha256(labels: &ShapeLabels) -> String {
     let mut bytes = Vec::new();

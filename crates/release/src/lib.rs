@@ -1,9 +1,9 @@
 //! Makes and reads packages of released labels, which contain no geometry.
 //!
-//! The labels of shapes go in ([`ReleasedRow`]), and the bytes of the files of a package come out: Parquet tables, a
-//! [`Manifest`] with the hash of every file, a [`datasheet()`], and a [`license_note()`]. The same bytes become rows again.
-//! [`first_difference`] compares the labels of a package with labels of today, and [`Registry`] joins several packages by the
-//! hash of the STEP text.
+//! The labels of shapes go in ([`ReleasedRow`]), and the bytes of the files of a package come out: Parquet tables, a [`Manifest`]
+//! with the hash of every file, a [`datasheet()`], and a [`license_note()`]. The same bytes become rows again.
+//! [`first_difference`] compares the labels of a package with current labels, and [`Registry`] joins several packages by the hash
+//! of the STEP text.
 //!
 //! ```
 //! use partprobe_release::{ReleasedRow, first_difference, rows_from_parquet, rows_to_parquet};
@@ -22,7 +22,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! Limits: it opens no file and never reads STEP. What is released is decided by who makes the rows.
+//! Limits: it opens no file and never reads STEP. The caller who makes the rows decides what is released.
 
 mod datasheet;
 mod difference;

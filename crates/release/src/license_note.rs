@@ -1,4 +1,4 @@
-//! Writes `LICENSE-NOTE.md`: who owns the labels, and who owns the geometry.
+//! Writes `LICENSE-NOTE.md`: the owners of the labels and of the geometry.
 
 /// The text of the note, with the license of the labels if the releaser has named one.
 #[must_use]

@@ -1,15 +1,15 @@
-//! Defines `release.json`: what a package holds, how it was labeled, and the hash of each of its files.
+//! Defines `release.json`: the content of a package, its labeling settings, and the hash of each of its files.
 
 use partprobe_carrier::sha256_hex;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::collections::BTreeMap;
 
-/// The file of a package that names all others. It is written last, so a folder that has it is a whole package.
+/// The file of a package that names all others. It is written last, so a folder that has it is a complete package.
 pub const MANIFEST_FILE: &str = "release.json";
-/// The file that says in sentences what a package holds.
+/// The file that describes the content of a package in sentences.
 pub const DATASHEET_FILE: &str = "DATASHEET.md";
-/// The file that says whose the labels and the geometry are.
+/// The file that names the owners of the labels and the geometry.
 pub const LICENSE_NOTE_FILE: &str = "LICENSE-NOTE.md";
 /// The version of packages that this crate writes.
 pub const PACKAGE_VERSION: u32 = 1;
@@ -27,25 +27,25 @@ pub struct Manifest {
     pub format_version: u32,
     /// The version of the program that made the labels.
     pub program_version: String,
-    /// The commit of the program that made the package, if its builder said so.
+    /// The commit of the program that made the package, if it is known.
     pub commit: Option<String>,
     /// Whether names of files are left out.
     pub is_anonymous: bool,
     /// The license of the labels, if the releaser has named one.
     pub license: Option<String>,
-    /// The hash of the settings that decide the carriers.
+    /// The hash of the settings that determine the carriers.
     pub settings_sha256: String,
-    /// The settings that the files were labeled with.
+    /// The settings with which the files were labeled.
     pub settings: Value,
     /// The label sources whose labels are stored next to the parts.
     pub layers: Vec<String>,
-    /// What there is.
+    /// The counts of the package.
     pub counts: Counts,
     /// Each other file of the package, by name.
     pub files: BTreeMap<String, FileFacts>,
 }
 
-/// What a package holds, in numbers.
+/// The content of a package in numbers.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 pub struct Counts {
     /// Files with labels.
@@ -64,7 +64,7 @@ pub struct Counts {
     pub n_labels: u64,
     /// Faces of each primitive type.
     pub faces_by_type: BTreeMap<String, u64>,
-    /// Files and solids that are in the package by their hash and have no labels, by status.
+    /// Files and solids that are in the package with their hash but without labels, by status.
     pub without_labels: BTreeMap<String, u64>,
     /// Files and shapes that are not in the package at all, by reason.
     pub left_out: BTreeMap<String, u64>,
@@ -90,7 +90,7 @@ impl FileFacts {
     }
 }
 
-/// Why a package cannot be used.
+/// The reason why a package cannot be used.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ManifestError {
@@ -105,7 +105,7 @@ pub enum ManifestError {
         /// The version of the package.
         found: u32,
     },
-    /// The package has a file that it does not name, or names none with labels.
+    /// The package has a file that is not named in it, or names no file with labels.
     #[error("`release.json` does not name `{0}`")]
     Unnamed(String),
     /// A file is not the one that was released.

@@ -1,16 +1,16 @@
-//! Joins packages by the hash of the STEP text: which shapes have which labels, and where labels disagree.
+//! Joins packages by the hash of the STEP text: finds the labels of each shape, and the disagreements of labels.
 
 use crate::rows::ReleasedShape;
 use partprobe_tables::{Column, Table, TableError, Text};
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// A package, as far as it is joined.
+/// The data of a package that are joined.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PackageShapes {
-    /// Its name; names of packages that are joined differ.
+    /// Its name. The names of joined packages must differ.
     pub name: String,
-    /// The hash of the settings that its files were labeled with.
+    /// The hash of the settings with which its files were labeled.
     pub settings_sha256: String,
     /// The version of the program that labeled them.
     pub program_version: String,
@@ -18,7 +18,7 @@ pub struct PackageShapes {
     pub shapes: Vec<ReleasedShape>,
 }
 
-/// Tells shapes apart, without the names of their files.
+/// The key of a shape, without the name of its file.
 type ShapeKey = (String, Option<u64>);
 
 /// A shape of one package that has labels.
@@ -28,7 +28,7 @@ pub struct LabelSet {
     pub package: String,
     /// The hash of its settings.
     pub settings_sha256: String,
-    /// How many parts the shape has there, after small ones were absorbed.
+    /// The number of parts of the shape in this package, after small ones were absorbed.
     pub n_labels: u64,
     /// The hash of the faces and their parts.
     pub parts_sha256: String,
@@ -64,7 +64,7 @@ pub struct PackageFacts {
     pub n_shapes: usize,
 }
 
-/// What two packages have in common.
+/// The common shapes of two packages.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct PackagePair {
     /// The names of both.
@@ -83,7 +83,7 @@ pub struct PackagePair {
     pub disagreements: Vec<Disagreement>,
 }
 
-/// A shape that two packages label differently by the same settings.
+/// A shape that two packages label differently with the same settings.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Disagreement {
     /// The SHA-256 of the STEP text.
@@ -99,9 +99,9 @@ pub struct Disagreement {
 pub struct Registry {
     /// The packages, in the order in which they were given.
     pub packages: Vec<PackageFacts>,
-    /// How many files have labels in 1, 2, … packages.
+    /// The number of files with labels in 1, 2, … packages.
     pub files_by_n_packages: BTreeMap<usize, usize>,
-    /// Each two packages.
+    /// The results for each two packages.
     pub pairs: Vec<PackagePair>,
     /// The shapes, sorted by hash and solid.
     pub shapes: Vec<JoinedShape>,
@@ -176,7 +176,7 @@ fn joined(packages: &[PackageShapes]) -> Vec<JoinedShape> {
             if joined.source.is_none() {
                 joined.source.clone_from(&shape.source);
             }
-            // A package may have one text under two names.
+            // A package may have one text with two names.
             let is_known = joined
                 .label_sets
                 .iter()
@@ -237,10 +237,10 @@ impl PackagePair {
     }
 }
 
-/// The table of joined shapes: a row per shape, with lists that have one element per package.
+/// The table of joined shapes: one row per shape, with lists that have one element per package.
 ///
 /// # Errors
-/// Never for the shapes of a [`Registry`]; the columns are fixed.
+/// Never for the shapes of a [`Registry`], because the columns are fixed.
 pub fn joined_table(shapes: &[JoinedShape]) -> Result<Table, TableError> {
     let sets_text = |name: &str, text: fn(&LabelSet) -> &String| {
         let list = |shape: &JoinedShape| {

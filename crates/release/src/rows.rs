@@ -12,7 +12,7 @@ use std::collections::BTreeSet;
 const LABELS_VERSION: u32 = 1;
 /// The status of a shape that has labels.
 const OK: &str = "ok";
-/// The columns that say which shape a row is.
+/// The columns that identify the shape of a row.
 const SHAPE_COLUMNS: [&str; 12] = [
     "id",
     "file_id",
@@ -33,9 +33,9 @@ const SHAPE_COLUMNS: [&str; 12] = [
 pub struct ReleasedShape {
     /// The id of the shape in its data set.
     pub id: String,
-    /// The id of the file that the shape is from.
+    /// The id of the shape's file.
     pub file_id: String,
-    /// The name of the file without its folders; `None` in an anonymous package.
+    /// The name of the file without its folders. It is `None` in an anonymous package.
     pub source: Option<String>,
     /// The SHA-256 of the STEP text, in hexadecimal.
     pub source_sha256: String,
@@ -49,20 +49,20 @@ pub struct ReleasedShape {
     pub n_parts: u64,
     /// Parts after small ones were absorbed.
     pub n_labels: u64,
-    /// The hash of all labels; `None` if there are none.
+    /// The hash of all labels, or `None` if there are none.
     pub labels_sha256: Option<String>,
-    /// The hash of the faces and their parts; `None` if there are none.
+    /// The hash of the faces and their parts, or `None` if there are none.
     pub parts_sha256: Option<String>,
-    /// The hash of the carrier that the labels are from; `None` in an anonymous package.
+    /// The hash of the carrier with the labels. It is `None` in an anonymous package.
     pub content_hash: Option<String>,
 }
 
 /// A row of a package.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ReleasedRow {
-    /// Which shape it is.
+    /// The shape of the row.
     pub shape: ReleasedShape,
-    /// Its labels; `None` for a file or solid without labels.
+    /// Its labels, or `None` for a file or solid without labels.
     pub labels: Option<ShapeLabels>,
 }
 
@@ -114,7 +114,7 @@ impl ReleasedShape {
     }
 }
 
-/// Why bytes are not rows of a package.
+/// The reason why bytes are not rows of a package.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum RowsError {
@@ -124,10 +124,10 @@ pub enum RowsError {
     /// A column is missing or of another type.
     #[error(transparent)]
     Table(#[from] TableError),
-    /// The labels of a row do not fit each other.
+    /// The labels of a row contradict each other.
     #[error(transparent)]
     Labels(#[from] LabelRowError),
-    /// A row does not say which shape it is.
+    /// A row does not identify its shape.
     #[error("row {row}: `{column}` is missing")]
     MissingValue {
         /// The row, counted from 0.
@@ -153,7 +153,7 @@ pub fn rows_to_parquet(
     Ok(table_to_parquet(&Table::new(columns)?, &metadata)?)
 }
 
-/// Why rows cannot be written.
+/// The reason why rows cannot be written.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum RowsWriteError {
@@ -201,10 +201,10 @@ pub fn rows_from_parquet(bytes: Vec<u8>) -> Result<Vec<ReleasedRow>, RowsError> 
     Ok(shapes.into_iter().zip(labels).map(row).collect())
 }
 
-/// The rows without their lists, which are not decoded.
+/// The rows without their lists. The lists are not decoded.
 ///
 /// # Errors
-/// As [`rows_from_parquet`].
+/// The same as for [`rows_from_parquet`].
 pub fn shapes_from_parquet(bytes: Vec<u8>) -> Result<Vec<ReleasedShape>, RowsError> {
     let mut table = table_from_parquet(bytes, Columns::Named(&SHAPE_COLUMNS))?.table;
     shapes_of(&mut table)

@@ -1,15 +1,15 @@
-//! Holds the labels of one shape without its geometry, and makes columns of them.
+//! Defines the labels of one shape without its geometry, and makes columns of them.
 //!
-//! A carrier goes in; what comes out has `#` numbers, types, labels and angles, and neither a coordinate nor an area.
+//! A carrier goes in. The result has `#` numbers, types, labels and angles, but no coordinates and no areas.
 
 use crate::table::{Column, ListCell, Table, TableError, Text};
 use partprobe_carrier::{Carrier, FaceType, LabelLayer, STEP_PARTS, STEP_PARTS_RAW};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The name of a column with a further layer of labels: this, and then the name of its source.
+/// The prefix of the name of a column with a further layer of labels. The name of its source follows.
 const LAYER_PREFIX: &str = "face_label_";
 
-/// The faces and shared edges of one shape, as far as they are labels.
+/// The labels of the faces and shared edges of one shape.
 ///
 /// All lists of faces have one entry per face, and all lists of edges one per shared edge, in the order of the carrier.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -30,11 +30,11 @@ pub struct ShapeLabels {
     pub layers: BTreeMap<String, Vec<i32>>,
     /// The two faces of each shared edge, the lower index first.
     pub edge_faces: Vec<[i32; 2]>,
-    /// The dihedral angle of each shared edge, in degrees from 0 to 180; `None` if it is undefined.
+    /// The dihedral angle of each shared edge, in degrees from 0 to 180. It is `None` if it is undefined.
     pub phi_deg: Vec<Option<f64>>,
 }
 
-/// The names of the layers that get columns of their own: all but the two that every carrier with a B-Rep has.
+/// The names of the layers that get their own columns: all except the two that every carrier with a B-Rep has.
 #[must_use]
 pub fn layers_of(carrier: &Carrier) -> BTreeSet<String> {
     further_layers(carrier)
@@ -131,14 +131,14 @@ pub(crate) fn full<T: Copy>(values: &[T]) -> Vec<Option<T>> {
     values.iter().copied().map(Some).collect()
 }
 
-/// Why a row of a table does not hold the labels of a shape.
+/// The reason why a row of a table is not the labels of a shape.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum LabelRowError {
     /// A column is missing or of another type.
     #[error(transparent)]
     Table(#[from] TableError),
-    /// An element is missing in a list that is always full.
+    /// An element is missing in a list without missing elements.
     #[error("row {row}: an element of `{column}` is missing")]
     MissingElement {
         /// The row, counted from 0.
@@ -162,10 +162,10 @@ pub enum LabelRowError {
     },
 }
 
-/// The labels in the columns that [`face_columns`] and [`edge_columns`] made; `None` for a row without labels.
+/// The labels in the columns that [`face_columns`] and [`edge_columns`] made. A row without labels gives `None`.
 ///
 /// # Errors
-/// If a column is missing, or the lists of a row do not fit each other.
+/// If a column is missing, or the lists of a row contradict each other.
 pub fn labels_of_table(mut table: Table) -> Result<Vec<Option<ShapeLabels>>, LabelRowError> {
     let names = table.columns().iter().map(Column::name);
     let layer_names: Vec<String> = names
@@ -219,7 +219,7 @@ pub fn labels_of_table(mut table: Table) -> Result<Vec<Option<ShapeLabels>>, Lab
 }
 
 impl ShapeLabels {
-    /// Whether all lists of faces, and all lists of edges, have one length.
+    /// Whether all lists of faces have the same length, and all lists of edges too.
     fn fits(&self) -> bool {
         let n_faces = self.step_id.len();
         let of_faces = [

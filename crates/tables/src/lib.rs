@@ -1,7 +1,7 @@
-//! Turns tables of labeled shapes into Parquet files, and back.
+//! Converts tables of labeled shapes to Parquet files, and back.
 //!
-//! A [`Table`] has named columns, whose cells are values or lists of values. [`table_to_parquet`] gives the bytes of a file,
-//! and [`table_from_parquet`] gives the table again. [`shape_table`] makes the columns of labeled shapes: a row per shape, with
+//! A [`Table`] has named columns, whose cells are values or lists of values. [`table_to_parquet`] gives the bytes of a file, and
+//! [`table_from_parquet`] gives the table again. [`shape_table`] makes the columns of labeled shapes: one row per shape, with
 //! lists per face and per edge.
 //!
 //! ```
@@ -20,9 +20,9 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! Guarantees: the bytes depend on the table and the metadata alone. Damaged bytes give an error, never a panic.
+//! Guarantees: the bytes depend only on the table and the metadata. Damaged bytes give an error, never a panic.
 //!
-//! Limits: it opens no file, and labels nothing. It reads the files that it writes, not every Parquet file.
+//! Limits: it opens no file, and labels nothing. It reads the files that it writes, but not every Parquet file.
 
 mod labels;
 mod parquet_file;

@@ -1,4 +1,4 @@
-//! Defines how a table is laid out in a Parquet file: the schema that writer and reader share.
+//! Defines the layout of a table in a Parquet file: the schema that writer and reader share.
 //!
 //! Every column may have missing values, like the columns that Arrow writes. A list is the three-level group of the format: the
 //! group may be missing, and each element may be missing.
@@ -38,7 +38,7 @@ impl StoredType {
         }
     }
 
-    /// The type of a leaf in a schema; `None` if no table of ours has it.
+    /// The type of a leaf in a schema. Returns `None` if tables of partprobe do not have this type.
     pub(crate) fn of_leaf(leaf: &Type) -> Option<Self> {
         let logical = leaf.get_basic_info().logical_type_ref();
         match (leaf.get_physical_type(), logical) {

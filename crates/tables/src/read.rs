@@ -15,10 +15,10 @@ use parquet::schema::types::ColumnDescriptor;
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-/// So many rows are decoded at a time: what a file claims to hold must be there before it needs memory.
+/// The number of rows that are decoded at a time. So memory is only allocated for rows that really exist in the file.
 const ROWS_AT_A_TIME: usize = 4096;
 
-/// Why bytes are not a table.
+/// The reason why bytes are not a table.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ParquetReadError {
@@ -45,13 +45,13 @@ impl From<ParquetError> for ParquetReadError {
 /// A table with the key-value metadata of its file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ParquetTable {
-    /// The columns that were asked for.
+    /// The requested columns.
     pub table: Table,
     /// The metadata by key.
     pub metadata: BTreeMap<String, String>,
 }
 
-/// Which columns of a file are read.
+/// The columns of a file that are read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Columns<'a> {
     /// All of them.
@@ -218,7 +218,7 @@ fn add_values<T: DataType, V>(
     }
 }
 
-/// Begins a list, or adds one to the length of the last one.
+/// Begins a list, or adds one to the length of the last list.
 fn count_element(lengths: &mut Vec<Option<usize>>, level: i16, repeats: bool) {
     match lengths.last_mut() {
         Some(last) if repeats => *last = Some(last.unwrap_or(0) + 1),

@@ -1,31 +1,31 @@
-//! Makes the table of labeled shapes that `partprobe export parquet` writes: a row per shape, with lists per face and edge.
+//! Makes the table of labeled shapes that `partprobe export parquet` writes: one row per shape, with lists per face and edge.
 
 use crate::labels::{ShapeLabels, edge_columns, face_columns, full};
 use crate::table::{Column, Table, TableError, Text};
 use partprobe_carrier::{Carrier, ShapeKind};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The key of the file's metadata that says which table it is.
+/// The key of the file's metadata with the kind of the table.
 pub const SCHEMA_KEY: &str = "partprobe.schema";
 /// The key of the file's metadata with the version of the schema.
 pub const SCHEMA_VERSION_KEY: &str = "partprobe.schema_version";
 /// The version of the tables of shapes.
 const SHAPES_VERSION: u32 = 1;
 
-/// Where a shape is from; what is not known is `None`.
+/// The origin of a shape. Unknown values are `None`.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct ShapeOrigin {
     /// The id of the shape.
     pub id: String,
-    /// The file that it was read from, by name.
+    /// The name of the file from which it was read.
     pub source: String,
-    /// What became a shape: `file` or `solid`.
+    /// The unit of shapes: `file` or `solid`.
     pub unit: Option<&'static str>,
     /// The `#` number of the solid, if the shape is one.
     pub solid_step_id: Option<u64>,
     /// The name of the product.
     pub product: Option<String>,
-    /// The hash of the settings that it was labeled with.
+    /// The hash of the settings with which it was labeled.
     pub settings_sha256: Option<String>,
 }
 
@@ -66,7 +66,7 @@ impl ShapeRow {
     }
 }
 
-/// The table of these shapes, with a column for each of these layers.
+/// The table of these shapes, with one column per layer.
 ///
 /// # Errors
 /// If a layer has the name of another column.
@@ -119,7 +119,7 @@ pub fn shape_metadata() -> BTreeMap<String, String> {
     schema_metadata("shapes", SHAPES_VERSION)
 }
 
-/// The metadata that says which table a file holds.
+/// The metadata with the kind of the table in a file.
 #[must_use]
 pub fn schema_metadata(schema: &str, version: u32) -> BTreeMap<String, String> {
     BTreeMap::from([

@@ -1,4 +1,4 @@
-//! Holds a table: named columns of equal length, whose cells are values or lists of values.
+//! Defines a table: named columns of equal length, whose cells are values or lists of values.
 
 use std::borrow::Cow;
 use std::collections::BTreeSet;
@@ -9,11 +9,11 @@ pub type Text = Cow<'static, str>;
 /// A cell of a column of lists: no list, or a list in which elements may be missing.
 pub type ListCell<T> = Option<Vec<Option<T>>>;
 
-/// Why columns do not make a table, or a table does not have what is asked for.
+/// The reason why columns do not make a table, or why a table does not have the requested data.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum TableError {
-    /// Two columns have one name.
+    /// Two columns have the same name.
     #[error("two columns are named `{0}`")]
     RepeatedColumn(String),
     /// A column has another number of rows than the first one.
@@ -21,25 +21,25 @@ pub enum TableError {
     Length {
         /// The column.
         column: String,
-        /// How many rows it has.
+        /// The number of its rows.
         found: usize,
-        /// How many the first column has.
+        /// The number of rows of the first column.
         expected: usize,
     },
     /// There is no such column.
     #[error("the table has no column `{0}`")]
     MissingColumn(String),
-    /// The column holds something else.
+    /// The column has other data.
     #[error("column `{column}` does not hold {expected}")]
     OtherType {
         /// The column.
         column: String,
-        /// What was asked for.
+        /// The requested data.
         expected: String,
     },
 }
 
-/// The values of a column, one after the other. A value that is missing is `None`.
+/// The values of a column, one after the other. A missing value is `None`.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Elements {
@@ -54,7 +54,7 @@ pub enum Elements {
 }
 
 impl Elements {
-    /// How many values there are, with those that are missing.
+    /// The number of values, including missing ones.
     #[must_use]
     pub fn len(&self) -> usize {
         match self {
@@ -74,13 +74,13 @@ impl Elements {
 
 /// A type that a cell, or an element of a list, can have.
 pub trait Element: Sized {
-    /// What an error calls the type.
+    /// The name of the type in errors.
     const NAME: &'static str;
 
     /// The values as those of a column.
     fn into_elements(values: Vec<Option<Self>>) -> Elements;
 
-    /// The values of a column; `None` if it holds another type.
+    /// The values of a column. Returns `None` if it has another type.
     fn from_elements(elements: Elements) -> Option<Vec<Option<Self>>>;
 }
 
@@ -156,7 +156,7 @@ impl Column {
         &self.name
     }
 
-    /// How many rows it has.
+    /// The number of its rows.
     #[must_use]
     pub fn n_rows(&self) -> usize {
         self.lengths
@@ -200,7 +200,7 @@ impl Table {
         &self.columns
     }
 
-    /// How many rows there are.
+    /// The number of rows.
     #[must_use]
     pub fn n_rows(&self) -> usize {
         self.columns.first().map_or(0, Column::n_rows)
@@ -209,7 +209,7 @@ impl Table {
     /// Takes a column of single values out of the table.
     ///
     /// # Errors
-    /// If there is no such column, or it holds lists or another type.
+    /// If there is no such column, or it has lists or another type.
     pub fn take_cells<T: Element>(&mut self, name: &str) -> Result<Vec<Option<T>>, TableError> {
         let column = self.take(name)?;
         let other = || other_type(name, T::NAME.to_owned());
@@ -222,7 +222,7 @@ impl Table {
     /// Takes a column of lists out of the table.
     ///
     /// # Errors
-    /// If there is no such column, or it holds single values or another type.
+    /// If there is no such column, or it has single values or another type.
     pub fn take_lists<T: Element>(&mut self, name: &str) -> Result<Vec<ListCell<T>>, TableError> {
         let column = self.take(name)?;
         let other = || other_type(name, format!("lists of {}", T::NAME));

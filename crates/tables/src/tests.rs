@@ -1,4 +1,5 @@
-//! Tests that tables survive Parquet, also with missing values, and that damaged files are refused.
+//! Tests that tables are the same after writing and reading Parquet, also with missing values, and that damaged files are
+//! refused.
 
 use crate::{
     Column, Columns, ListCell, ParquetReadError, ShapeLabels, ShapeOrigin, ShapeRow, Table, Text,
@@ -56,7 +57,7 @@ proptest! {
         let cut = table_from_parquet(bytes[..position].to_vec(), Columns::All);
         prop_assert!(matches!(cut, Err(ParquetReadError::Damaged(_))));
         bytes[position] = byte;
-        // A changed byte may be one that nobody reads; what counts is that no panic comes out.
+        // A changed byte may be one that is not read. The only requirement is that there is no panic.
         let _ = table_from_parquet(bytes, Columns::All);
     }
 }

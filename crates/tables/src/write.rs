@@ -27,7 +27,7 @@ impl From<ParquetError> for ParquetWriteError {
 
 /// The bytes of a Parquet file with one row group. `metadata` becomes its key-value metadata, in the order of the keys.
 ///
-/// Integers are stored as differences, and all pages are packed by gzip. The bytes depend on nothing but the arguments.
+/// Integers are stored as differences, and all pages are packed by gzip. The bytes depend only on the arguments.
 ///
 /// # Errors
 /// If the file would pass the limits of the format.
@@ -40,7 +40,7 @@ pub fn table_to_parquet(
     let mut file = SerializedFileWriter::new(Vec::new(), schema, properties)?;
     let mut group = file.next_row_group()?;
     for column in table.columns() {
-        // The schema has one leaf per column, so there is a writer for each.
+        // The schema has one leaf per column, so there is one writer per column.
         if let Some(mut writer) = group.next_column()? {
             write_column(&mut writer, column)?;
             writer.close()?;
@@ -122,7 +122,7 @@ fn write_values<T: DataType, V>(
     Ok(())
 }
 
-/// What the format stores of where lists begin and what is missing.
+/// The levels of the format, which store the beginnings of lists and the missing values.
 #[derive(Default)]
 struct ListLevels {
     definition: Vec<i16>,
