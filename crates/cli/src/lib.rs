@@ -88,7 +88,7 @@ Exit codes: 0 done, 1 failed, 2 wrong usage, 3 a bound is missed, 130 stopped by
     )
 )]
 struct Cli {
-    /// Show no progress; results, warnings and errors are printed all the same.
+    /// Show no progress; results, warnings and errors are still printed.
     #[arg(long, short, global = true)]
     quiet: bool,
     /// The form of printed tables. Without it, they are aligned on a terminal, and Markdown in a pipe or a file.

@@ -914,14 +914,14 @@ fn a_backbone_in_the_place_of_another_is_refused() {
     fixture.check(
         &["eval", "run"],
         1,
-        "trained on `normal-kmeans-20` with seed 0, and stands in the place of `step-parts`",
+        "trained on `normal-kmeans-20` with seed 0, but its place is that of `step-parts`",
     );
     train("step-parts", "compare.seeds=[4]", "seeds");
     fixture.take_over("seeds/checkpoints/step-parts-4");
     fixture.check(
         &["eval", "run"],
         1,
-        "trained on `step-parts` with seed 4, and stands in the place",
+        "trained on `step-parts` with seed 4, but its place is that of",
     );
     fs::write(
         fixture.path("run/checkpoints/step-parts-0/training.json"),

@@ -11,7 +11,7 @@ use partprobe_carrier::{
 };
 use std::ops::Range;
 
-/// The mesh is refined less if it would have more pieces than this.
+/// The mesh is refined less if it would have this many pieces or more.
 pub(crate) const MAX_PIECES: u32 = 50_000;
 
 /// The refined mesh, and the range of pieces of each triangle.

@@ -19,7 +19,7 @@ pub(crate) enum FaceMeshError {
     #[error("its boundaries wind in both directions")]
     WindsBothWays,
     /// A boundary winds in a direction in which the surface has no period.
-    #[error("it winds round an open direction")]
+    #[error("it winds around an open direction")]
     WindsAlongOpenDirection,
     /// A boundary winds two or more periods.
     #[error("a boundary winds more than once")]

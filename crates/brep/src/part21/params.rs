@@ -23,7 +23,7 @@ pub enum ParamError {
     #[error("it refers to a number of more than 64 bits")]
     LargeId,
     /// The value is in another file (`@` or `<…>`, edition 3).
-    #[error("a value stands in another file")]
+    #[error("a value is in another file")]
     Elsewhere,
 }
 

@@ -17,7 +17,7 @@ pub(super) struct EntityError {
 pub(super) enum Problem {
     #[error("it is not in the file")]
     Missing,
-    #[error("it stands in another file, <{0}>, which is not read")]
+    #[error("it is in another file, <{0}>, which is not read")]
     Elsewhere(String),
     #[error("{class} cannot be read as {} {expected}", article(expected))]
     Class {

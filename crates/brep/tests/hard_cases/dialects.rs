@@ -232,7 +232,7 @@ fn sections_of_the_third_edition() {
         &[(
             LostKind::Face,
             face,
-            "it stands in another file, <other.stp#front>",
+            "it is in another file, <other.stp#front>",
         )],
     );
     let value = text.replacen("(0.0,0.0,0.0)", "(@5,0.0,0.0)", 1);
@@ -240,7 +240,7 @@ fn sections_of_the_third_edition() {
         brep_of(&value)
             .lost
             .iter()
-            .any(|loss| loss.reason.contains("a value stands in another file"))
+            .any(|loss| loss.reason.contains("a value is in another file"))
     );
 }
 

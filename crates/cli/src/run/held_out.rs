@@ -116,7 +116,7 @@ impl HeldOut<'_> {
         );
         ensure!(
             found == (supervision, seed),
-            "it was trained on `{}` with seed {}, and stands in the place of `{supervision}` with seed {seed}",
+            "it was trained on `{}` with seed {}, but its place is that of `{supervision}` with seed {seed}",
             found.0,
             found.1
         );

@@ -69,7 +69,7 @@ pub(crate) struct RenderArgs {
     /// Say next to each picture what the colors mean: the label, how many faces have it, and its share of the area.
     #[arg(long)]
     legend: bool,
-    /// Make the parts anew with this dihedral threshold, in degrees.
+    /// Compute the parts again with this dihedral threshold, in degrees.
     #[arg(long, value_name = "DEGREES")]
     theta: Option<f64>,
 }

@@ -125,7 +125,7 @@ fn check_surfaces(paths: &[PathBuf]) -> Result<()> {
         ensure!(
             !is_labeled,
             UsageError(format!(
-                "{} holds no surfaces, and `tessellation` makes meshes anew: give the STEP files that it was labeled from",
+                "{} holds no surfaces, and `tessellation` makes new meshes: give the STEP files that it was labeled from",
                 path.display()
             ))
         );
