@@ -19,13 +19,14 @@ SOURCES = ("step-parts", "aagnet")
 # Data sets by name: the groups that are labeled, and the settings.
 DATASETS = {
     "solids": (GROUPS, ("label.unit=solid",)),
+    "t1": (GROUPS, ("label.unit=solid", "label.chord_fraction=0.001", "label.angle_rad=0.15")),
     "t2": (GROUPS, ("label.unit=solid", "label.chord_fraction=0.004", "label.angle_rad=0.6")),
     "analytic": (GROUPS, ("label.unit=solid", 'label.attributes=["normal"]')),
     "mfcad": (("mfcad",), ()),
     "fusion": (("fusion",), ()),
 }
 SEEDS = "compare.seeds=[0,1,2]"
-# A setting only for the endpoints. There are ten of them, and all backbones are scored in the same way.
+# A setting only for the endpoints. All backbones are scored in the same way.
 RESTARTS = "eval.restarts=3"
 # The points of the learning curve, with their differences from the whole training.
 CURVE = {
@@ -40,6 +41,7 @@ FEATURES = {"mfcad": (150, True), "fusion": (0, False)}
 def endpoints(out):
     """The conditions of the endpoints, as a setting."""
     tables = [
+        {"name": "T1", "data": str(out / "t1")},
         {"name": "T2", "data": str(out / "t2")},
         {"name": "analytic-normals", "data": str(out / "analytic"), "normals": "analytic"},
         {"name": "positions-only", "normals": "none"},
@@ -157,7 +159,7 @@ def print_endpoints(study, folder):
     print("Endpoints, mIoU by k-means with the true number of parts:\n")
     print("| endpoint | scored against | `step-parts` | `aagnet` | Δ | `growing-20` | `no-network` | `untrained` | shapes |")
     print("|---|---|---:|---:|---:|---:|---:|---:|---:|")
-    names = ("T2", "analytic-normals", "positions-only", "noise", "plain-voxels")
+    names = ("T1", "T2", "analytic-normals", "positions-only", "noise", "plain-voxels")
     for name, place in [("as trained", folder), *((name, folder / "endpoints" / name) for name in names)]:
         if not (place / "tables.json").exists():
             print(f"{name} was not scored", file=sys.stderr)
