@@ -254,6 +254,17 @@ fn a_share_without_a_shape_is_joined_like_any_other() {
         1,
         told,
     );
+    // A batch of which no share has a shape fails when it is joined.
+    let share = [
+        "label",
+        "mixed/bad.step",
+        "--out",
+        "whole",
+        "--shard",
+        "1/1",
+    ];
+    check(path, &share, 0, "");
+    check(path, &["merge", "whole", "--out", "nothing"], 1, told);
 }
 
 fn tarred(members: &[(String, Vec<u8>)]) -> Vec<u8> {

@@ -2,8 +2,10 @@
 
 use super::reason_counts::ReasonCounts;
 use crate::counted::counted;
-use partprobe_dataset::{IndexEntry, Status};
+use anyhow::{Result, ensure};
+use partprobe_dataset::{INDEX_FILE, IndexEntry, Status};
 use std::fmt;
+use std::path::Path;
 
 /// The largest number of reasons. Further reasons are counted together.
 const MAX_REASONS: usize = 20;
@@ -72,6 +74,21 @@ impl Summary {
     #[must_use]
     pub(crate) fn n_failed(&self) -> u64 {
         self.failures.total()
+    }
+}
+
+impl Summary {
+    /// Refuses a finished batch in which no file has a shape; the folder has its index.
+    ///
+    /// # Errors
+    /// If nothing was labeled.
+    pub(crate) fn ensure_labeled(&self, folder: &Path) -> Result<()> {
+        ensure!(
+            self.n_labeled > 0,
+            "no file could be labeled; {} says why",
+            folder.join(INDEX_FILE).display()
+        );
+        Ok(())
     }
 }
 

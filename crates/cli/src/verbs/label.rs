@@ -9,7 +9,7 @@ use crate::standard_input::{STDIN_NAME, StandardInput, is_standard_input, with_s
 use crate::stdout::print_line;
 use crate::usage::{UsageError, as_usage_error};
 use anyhow::{Result, ensure};
-use partprobe_dataset::{INDEX_FILE, SETTINGS_FILE, Status};
+use partprobe_dataset::{SETTINGS_FILE, Status};
 use std::path::PathBuf;
 
 /// Label STEP files: parts by primitive type and dihedral angle, and a triangle mesh that carries them.
@@ -151,13 +151,10 @@ pub(crate) fn label(args: &LabelArgs) -> Result<()> {
     let summary =
         label_paths(&job, &Interrupt::listen()?).map_err(|error| with_advice(error, args))?;
     print_line(&summary)?;
-    let index = args.out.join(INDEX_FILE);
-    // A share without a shape is a part of its batch like any other, and `merge` joins it.
-    ensure!(
-        summary.n_labeled > 0 || args.shard.is_some(),
-        "no file could be labeled; {} says why",
-        index.display()
-    );
+    // A share without a shape is a part of its batch like any other. `merge` looks at the whole batch.
+    if args.shard.is_none() {
+        summary.ensure_labeled(&args.out)?;
+    }
     let failed = counted(
         usize::try_from(summary.n_failed())?,
         "file or solid",

@@ -22,7 +22,8 @@ use std::path::{Path, PathBuf};
   partprobe merge share1/ share2/ --out dataset/
 
 Files are hard links if the shards are on the same disk, and copies if not. Settings and inputs must be the
-same, and every share must be there: a missing one is named.")]
+same, and every share must be there: a missing one is named.
+Exit codes: 0 at least one share has a shape, 1 none, 2 wrong usage.")]
 pub(crate) struct MergeArgs {
     /// The shares.
     #[arg(required = true, value_name = "SHARE")]
@@ -35,7 +36,7 @@ pub(crate) struct MergeArgs {
 /// Joins the shares. The bytes of the result are those of a batch without shares.
 ///
 /// # Errors
-/// If shares are missing, unfinished or of different batches, or the folder is not empty.
+/// If shares are missing, unfinished or of different batches, the folder is not empty, or no share has a shape.
 pub(crate) fn merge(args: &MergeArgs) -> Result<()> {
     let shares = args
         .shares
@@ -63,7 +64,8 @@ pub(crate) fn merge(args: &MergeArgs) -> Result<()> {
 
     let mut summary = Summary::default();
     writer.finish_visiting(|entries| summary.add(entries))?;
-    print_line(summary)
+    print_line(&summary)?;
+    summary.ensure_labeled(&args.out)
 }
 
 /// One share of a batch.
