@@ -93,7 +93,8 @@ def main():
     parser.add_argument("--partprobe", default="target/release/partprobe")
     parser.add_argument("--config", default="real-small")
     parser.add_argument("--jobs", type=int, default=2)
-    parser.add_argument("--rows", nargs="+", metavar="CHANGE", default=[name for name, _ in ROWS], help="the first is compared with")
+    names = [name for name, _ in ROWS]
+    parser.add_argument("--rows", nargs="+", metavar="CHANGE", choices=names, default=names, help="the first is compared with")
     arguments = parser.parse_args()
     arguments.out.mkdir(parents=True, exist_ok=True)
     chosen = [(name, settings) for name, settings in ROWS if name in arguments.rows]

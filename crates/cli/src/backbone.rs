@@ -1,7 +1,7 @@
 //! Opens a trained backbone: a run folder or a file of weights goes in, and the network and its settings for preparing shapes
 //! come out.
 
-use crate::config::{Config, as_written, key_of, load, overrides_of_preparation};
+use crate::config::{Config, as_written, is_set, key_of, load, overrides_of_preparation};
 use crate::run::{RunFolder, read_weights, weights_path};
 use crate::usage::UsageError;
 use anyhow::{Context, Result, bail, ensure};
@@ -182,12 +182,9 @@ impl BackboneArgs {
         all.extend(overrides.iter().cloned());
         let mut config = load("base", &all)?.config;
         // The layer after the head is that of the file, unless the user requests another one, or none.
-        let asked = overrides
-            .iter()
-            .any(|set| key_of(set).starts_with("net.refine"));
         let refine = config.net.refine.take();
         config.net = model.config().clone();
-        if asked {
+        if is_set(overrides, "net.refine") {
             config.net.refine = refine;
         }
         Ok(Backbone { model, config })

@@ -1,4 +1,5 @@
-//! Refuses a path of the command line that does not exist, or that the system does not allow to access.
+//! Refuses a path of the command line that does not exist, or that the system does not allow to access, and tells whether two
+//! paths are one.
 
 use crate::standard_input::is_standard_input;
 use crate::usage::UsageError;
@@ -20,6 +21,11 @@ pub(crate) fn ensure_exists(path: &Path) -> Result<(), UsageError> {
         Ok(false) => Err(UsageError(format!("{name} does not exist"))),
         Err(error) => Err(UsageError(format!("{name}: {error}"))),
     }
+}
+
+/// Whether two paths lead to one file or folder, which exists.
+pub(crate) fn is_same_place(one: &Path, other: &Path) -> bool {
+    matches!((one.canonicalize(), other.canonicalize()), (Ok(one), Ok(other)) if one == other)
 }
 
 #[cfg(test)]

@@ -56,18 +56,15 @@ pub(crate) fn listed_sources(config: &Config, names: &[String]) -> Result<Vec<Bo
     sources_named(config, names).map_err(as_usage_error)
 }
 
-/// The error, with the names of the config's own sources in its list, and the name that may have been meant before the list.
+/// The error, with the names of the config's own sources in its list, and with the name that may have been meant.
 fn unknown(error: SourceError, config: &Config) -> anyhow::Error {
     let SourceError::Unknown { name, known } = error else {
         return error.into();
     };
     let own = config.sources.keys().map(String::as_str);
-    let known: Vec<&str> = known.split(", ").chain(own).collect();
-    let near = nearest(&name, &known)
-        .map(|near| format!("did you mean `{near}`? "))
-        .unwrap_or_default();
-    anyhow!(
-        "`{name}` is not a label source; {near}the known ones are {}",
-        known.join(", ")
-    )
+    let names: Vec<&str> = known.split(", ").chain(own).collect();
+    let near =
+        nearest(&name, &names).map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
+    let known = names.join(", ");
+    anyhow!("{}{near}", SourceError::Unknown { name, known })
 }

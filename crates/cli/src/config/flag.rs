@@ -27,6 +27,16 @@ pub(crate) fn key_of(assignment: &str) -> &str {
         .trim()
 }
 
+/// Whether an override gives a value to a key, or to a key below it.
+#[cfg(feature = "train")]
+pub(crate) fn is_set(overrides: &[String], key: &str) -> bool {
+    let names = |set: &String| {
+        let rest = key_of(set).strip_prefix(key);
+        rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+    };
+    overrides.iter().any(names)
+}
+
 /// An override as the user wrote it: the name of the flag, or `--set` with the assignment.
 pub(crate) fn as_written(assignment: &str) -> String {
     match assignment.split_once(MARK) {
@@ -49,6 +59,10 @@ mod tests {
         #[cfg(feature = "train")]
         for (set, key) in [(by_flag.as_str(), "label.layers"), (" a.b = c=1", "a.b")] {
             assert_eq!(key_of(set), key);
+        }
+        #[cfg(feature = "train")]
+        for (set, expected) in [("a.b=1", true), ("a.b.c=1", true), ("a.bc=1", false)] {
+            assert_eq!(is_set(&[set.to_owned()], "a.b"), expected, "{set}");
         }
     }
 }

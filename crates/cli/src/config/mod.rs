@@ -26,7 +26,7 @@ pub(crate) use difference::{Difference, differences, listed};
 pub(crate) use endpoint::{EndpointConfig, EndpointNormals, EndpointShapes};
 pub(crate) use flag::by_flag;
 #[cfg(feature = "train")]
-pub(crate) use flag::{as_written, key_of};
+pub(crate) use flag::{as_written, is_set, key_of};
 pub(crate) use merge::{LoadedConfig, load, shipped, shipped_descriptions, shipped_names};
 pub(crate) use metric_name::MetricName;
 pub(crate) use problem::nearest;

@@ -136,20 +136,17 @@ impl RunFolder {
             key.starts_with("data.") || (key.starts_with("sources.") && key.ends_with(".path"))
         };
         differing.retain(|difference| !is_place(&difference.key));
+        if differing.is_empty() {
+            return Ok(());
+        }
+        let all =
+            |holds: fn(&str) -> bool| differing.iter().all(|difference| holds(&difference.key));
+
         // Nothing has started from the former weights yet.
-        if differing
-            .iter()
-            .all(|difference| difference.key == "train.init")
-            && !differing.is_empty()
-            && !self.path("checkpoints").exists()
-        {
+        if all(|key| key == "train.init") && !self.path("checkpoints").exists() {
             return self.write("config.toml", merged_config.as_bytes());
         }
-        if !differing.is_empty()
-            && differing
-                .iter()
-                .all(|difference| is_of_length(&difference.key))
-        {
+        if all(is_of_length) {
             let config: Config = toml::from_str(merged_config)?;
             ensure_longer(&stored, &config, &differing).with_context(|| {
                 format!("{} was started with another config", self.root.display())
@@ -157,14 +154,8 @@ impl RunFolder {
             self.forget_evaluation()?;
             return self.write("config.toml", merged_config.as_bytes());
         }
-        if differing.is_empty() {
-            return Ok(());
-        }
         // `eval --set` may have changed these keys after the run.
-        let advice = if differing
-            .iter()
-            .all(|difference| is_scoring(&difference.key))
-        {
+        let advice = if all(is_scoring) {
             "repeat that with --set, or change it by `partprobe eval RUN --set KEY=VALUE` first"
         } else {
             "resume with the same config and --set, or choose another --out"

@@ -8,6 +8,7 @@ use crate::config::{Config, FOREIGN_SUPERVISION};
 use anyhow::{Context, Result, ensure};
 use partprobe_carrier::sha256_hex;
 use partprobe_net::{Backend, InitialWeights, Model, ModelFile};
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
@@ -22,14 +23,20 @@ pub(crate) fn ensure_initial_weights(
     folder: &Path,
     backend: Backend,
 ) -> Result<()> {
+    let Some(pattern) = &config.train.init else {
+        return Ok(());
+    };
     for supervision in supervisions {
-        for &seed in &config.compare.seeds {
-            let has_started = folder
-                .join(format!("checkpoints/{supervision}-{seed}"))
-                .exists();
-            if !has_started {
-                initial_weights(config, (supervision, seed), backend)?;
-            }
+        let starts = config.compare.seeds.iter().filter(|seed| {
+            let started = folder.join(format!("checkpoints/{supervision}-{seed}"));
+            !started.exists()
+        });
+        // Each file is read once.
+        let of_path: BTreeMap<String, u64> = starts
+            .map(|&seed| (path_of(pattern, supervision, seed), seed))
+            .collect();
+        for seed in of_path.into_values() {
+            initial_weights(config, (supervision, seed), backend)?;
         }
     }
     Ok(())

@@ -8,6 +8,7 @@ use crate::run::{checked_expectations, ensure_frozen_parts};
 use crate::stdout::{print_line, print_result, print_tables};
 use crate::usage::as_usage_error;
 use anyhow::Result;
+use partprobe_sources::SourceControl;
 
 /// List, print and check configs
 #[derive(Clone, Debug, clap::Args)]
@@ -80,7 +81,7 @@ pub(crate) fn config(args: &ConfigArgs) -> Result<()> {
 /// read.
 fn ensure_known_names(config: &Config) -> Result<()> {
     for name in config.label_sources() {
-        if !config.sources.contains_key(&name) {
+        if !config.sources.contains_key(followed(config, &name)) {
             source_named(config, &name)?;
         }
     }
@@ -90,6 +91,14 @@ fn ensure_known_names(config: &Config) -> Result<()> {
         ensure_frozen_parts(config)?;
     }
     Ok(())
+}
+
+/// The source that a control follows, or the source itself.
+fn followed<'a>(config: &Config, name: &'a str) -> &'a str {
+    match SourceControl::of_name(name) {
+        Some((_, other)) if !config.sources.contains_key(name) => followed(config, other),
+        _ => name,
+    }
 }
 
 fn list() -> Result<()> {

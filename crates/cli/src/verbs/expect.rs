@@ -1,12 +1,13 @@
 //! Runs `partprobe expect`: it derives bounds on scores from finished runs, for the `[expect]` table of a config.
 
+use crate::given_path::is_same_place;
 use crate::scored_run::ScoredRun;
 use crate::stdout::print_line;
 use crate::usage::UsageError;
 use anyhow::{Result, ensure};
 use partprobe_eval::{KBin, METRICS, Metric, ScoreRow};
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Derive bounds on scores from finished runs of several seeds
 #[derive(Clone, Debug, clap::Args)]
@@ -43,7 +44,7 @@ pub(crate) fn expect(args: &ExpectArgs) -> Result<()> {
         ensure!(
             !args.runs[..idx]
                 .iter()
-                .any(|earlier| is_same_folder(earlier, path)),
+                .any(|earlier| is_same_place(earlier, path)),
             UsageError(format!("{} is given twice", path.display()))
         );
         add_run(&ScoredRun::read(path)?, &mut means);
@@ -68,13 +69,6 @@ pub(crate) fn expect(args: &ExpectArgs) -> Result<()> {
         ))?;
     }
     Ok(())
-}
-
-fn is_same_folder(a: &Path, b: &Path) -> bool {
-    match (a.canonicalize(), b.canonicalize()) {
-        (Ok(a), Ok(b)) => a == b,
-        _ => false,
-    }
 }
 
 /// Adds the means of the label sources of a run, separately for each seed, with the first clusterer of its table.

@@ -164,7 +164,9 @@ fn differing_files(first: &Path, second: &Path) -> Result<Comparison> {
 /// The values of a file: all of its bytes, or those behind the header of a safetensors file, whose length its first eight bytes tell.
 fn values<'a>(name: &str, bytes: &'a [u8]) -> &'a [u8] {
     let header = match bytes.first_chunk() {
-        Some(&length) if name.ends_with(".safetensors") => 8 + u64::from_le_bytes(length) as usize,
+        Some(&length) if name.ends_with(".safetensors") => {
+            8_usize.saturating_add(u64::from_le_bytes(length) as usize)
+        }
         _ => 0,
     };
     bytes.get(header..).unwrap_or(bytes)

@@ -11,7 +11,7 @@ use super::predicted_labels::PredictedLabels;
 use super::session::ExportSession;
 use super::shape_line::ShapeLine;
 use crate::backbone::{Backbone, BackboneArgs, ensure_preparation};
-use crate::config::key_of;
+use crate::config::is_set;
 use crate::counted::counted;
 use crate::points::points_of;
 use crate::run::npz_bytes;
@@ -149,10 +149,7 @@ impl PredictArgs {
         let overrides = self.folder.shapes.settings();
         ensure_preparation(overrides, &["eval."])?;
         let mut backbone = self.backbone.open(overrides, Backend::default())?;
-        let is_chosen = overrides
-            .iter()
-            .any(|set| key_of(set).starts_with("net.refine"));
-        if self.k == PartCount::Auto && !is_chosen {
+        if self.k == PartCount::Auto && !is_set(overrides, "net.refine") {
             backbone.config.net.refine.get_or_insert_default();
         }
         Ok(backbone)

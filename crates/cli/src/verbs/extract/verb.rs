@@ -3,6 +3,7 @@
 use super::compare::{InstanceReading, at_chord_of};
 use crate::config;
 use crate::counted::counted;
+use crate::given_path::is_same_place;
 use crate::label::step_text;
 use crate::stderr;
 use crate::stdout::print_line;
@@ -14,7 +15,7 @@ use partprobe_verify::MeasureSettings;
 use std::collections::BTreeMap;
 use std::fmt::{self, Write as _};
 use std::io::{self, Write as _};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// The largest number of rows of a list. Longer lists end with the number of rows that are left out.
 const MAX_ROWS: usize = 40;
@@ -66,7 +67,7 @@ pub(crate) fn extract(args: &ExtractArgs) -> Result<()> {
         .measure_settings();
     let is_stdout = args.out.as_os_str() == "-";
     ensure!(
-        is_stdout || !is_same_file(&args.file, &args.out),
+        is_stdout || !is_same_place(&args.file, &args.out),
         UsageError(format!(
             "{} is the file that is cut; choose another -o",
             args.out.display()
@@ -115,10 +116,6 @@ fn number(entity: &str) -> Result<u64> {
             "'{entity}' is not the number of an entity; write it as '#123', in quotes"
         ))),
     }
-}
-
-fn is_same_file(one: &Path, other: &Path) -> bool {
-    matches!((one.canonicalize(), other.canonicalize()), (Ok(one), Ok(other)) if one == other)
 }
 
 /// A small file and the large one from which it was cut.
