@@ -1,14 +1,12 @@
 //! Finds label sources by name: the built-in ones, and those of the config's `[sources.NAME]` tables.
 
-use crate::config::{Config, nearest};
+use crate::config::Config;
 use crate::disk_files::DiskFiles;
 use crate::source_types::open_source;
 use crate::usage::{UsageError, as_usage_error};
-use anyhow::{Context, Result, anyhow, ensure};
+use anyhow::{Context, Result, ensure};
 use partprobe_imports::ImportedSource;
-use partprobe_sources::{
-    BoxedSource, SOURCES, SourceContext, SourceControl, SourceError, source_among,
-};
+use partprobe_sources::{BoxedSource, SOURCES, SourceContext, SourceControl, source_among};
 use std::sync::Arc;
 
 /// The source with this name.
@@ -27,7 +25,7 @@ pub(crate) fn source_named(config: &Config, name: &str) -> Result<BoxedSource> {
     match (built_in, SourceControl::of_name(name)) {
         (Ok(source), _) => Ok(source),
         (Err(_), Some((control, other))) => Ok(control.of(source_named(config, other)?)),
-        (Err(error), None) => Err(unknown(error, config)),
+        (Err(error), None) => Err(config.unknown_source(error)),
     }
 }
 
@@ -54,17 +52,4 @@ pub(crate) fn listed_sources(config: &Config, names: &[String]) -> Result<Vec<Bo
         );
     }
     sources_named(config, names).map_err(as_usage_error)
-}
-
-/// The error, with the names of the config's own sources in its list, and with the name that may have been meant.
-fn unknown(error: SourceError, config: &Config) -> anyhow::Error {
-    let SourceError::Unknown { name, known } = error else {
-        return error.into();
-    };
-    let own = config.sources.keys().map(String::as_str);
-    let names: Vec<&str> = known.split(", ").chain(own).collect();
-    let near =
-        nearest(&name, &names).map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
-    let known = names.join(", ");
-    anyhow!("{}{near}", SourceError::Unknown { name, known })
 }

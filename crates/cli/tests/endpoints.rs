@@ -169,13 +169,26 @@ fn a_run_is_scored_again_under_other_conditions() {
             "{row}"
         );
     }
-    // Shapes that were trained on are no endpoint.
-    let seen = r#"endpoints=[{ name = "seen", data = "t2", shapes = "all" }]"#;
-    check(
-        root,
-        &["eval", "run", "--set", seen],
-        1,
-        "it was trained on",
+    // Of all shapes of a data set, those that were trained on are left out and counted.
+    let all = r#"endpoints=[{ name = "all", data = "t2", shapes = "all" }]"#;
+    check(root, &["eval", "run", "--set", all], 0, "");
+    let unseen = shapes(&root.join("run/endpoints/all/scores.jsonl"), "untrained");
+    assert!(
+        !unseen.is_empty() && unseen.is_subset(&of_run),
+        "{unseen:?} of {of_run:?}"
+    );
+    let tables = text(&root.join("run/endpoints/all/tables.md"));
+    assert!(
+        tables.contains("left out: nearly equal to a training or validation shape"),
+        "{tables}"
+    );
+    // Only those with at most five parts.
+    let few = r#"endpoints=[{ name = "few", data = "t2", shapes = "all", min_parts = 2, max_parts = 5 }]"#;
+    check(root, &["eval", "run", "--set", few], 0, "");
+    let few = shapes(&root.join("run/endpoints/few/scores.jsonl"), "untrained");
+    assert!(
+        !few.is_empty() && few.is_subset(&unseen) && few.len() < unseen.len(),
+        "{few:?} of {unseen:?}"
     );
     let unknown = r#"endpoints=[{ name = "a", data = "t2", probe = "step-parts" }]"#;
     check(

@@ -15,7 +15,7 @@ use partprobe_formats::{arrays_from_npz, carrier_from_npz, points_from_ply};
 use partprobe_net::{Backend, ModelFile};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 const WEIGHTS: &str = "first/checkpoints/step-parts-0/model.safetensors";
 
@@ -52,6 +52,33 @@ fn shapes_are_divided_and_other_verbs_read_the_labels() {
     predict("again", &["--jobs", "3"]);
     let files = contents(&fixture.path("parts"));
     assert_eq!(files, contents(&fixture.path("again")));
+
+    // A folder that lacks a file gets it, and the other shapes are not divided again.
+    let of_faces = |file: &&PathBuf| file.extension().is_some_and(|suffix| suffix == "seg");
+    let lost = fixture
+        .path("again")
+        .join(files.keys().find(of_faces).unwrap());
+    let kept = fixture
+        .path("again")
+        .join(files.keys().rfind(of_faces).unwrap());
+    assert_ne!(lost, kept);
+    fs::remove_file(&lost).unwrap();
+    let modified = || fs::metadata(&kept).unwrap().modified().unwrap();
+    let before = modified();
+    predict("again", &["--resume"]);
+    assert_eq!(files, contents(&fixture.path("again")));
+    assert_eq!(modified(), before);
+    // Files of other settings are not mixed.
+    let refused = [
+        "predict", "first", data, "--k", "3", "--out", "again", "--resume",
+    ];
+    let output = fixture.program(&refused);
+    assert_code(&output, 2);
+    let told = String::from_utf8_lossy(&output.stderr);
+    assert!(
+        told.contains(r#"settings.k is "step-parts", not "3""#),
+        "{told}"
+    );
 
     let mut n_shapes = 0;
     for seg in files

@@ -19,6 +19,12 @@ pub(crate) struct EndpointConfig {
     /// With `shapes = "all"`: the largest number of shapes, or 0 for all.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub(crate) max_shapes: usize,
+    /// With `shapes = "all"`: the smallest number of STEP parts of a shape.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub(crate) min_parts: usize,
+    /// With `shapes = "all"`: the largest number of STEP parts of a shape, or 0 for any number.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub(crate) max_parts: usize,
     /// The label sources to score against. If there are none, those of the run are used.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(crate) references: Vec<String>,
@@ -44,7 +50,7 @@ pub(crate) enum EndpointShapes {
     /// The test shapes of the run.
     #[default]
     Test,
-    /// All shapes of the endpoint's own data set. None of them may be a training shape.
+    /// All shapes of the endpoint's own data set that differ from each other and from all training shapes.
     All,
 }
 
@@ -91,6 +97,24 @@ impl EndpointConfig {
         ensure!(
             self.shapes == EndpointShapes::Test || self.data.is_some(),
             "endpoints.{name}.shapes = \"all\" needs a data set of its own; set endpoints.{name}.data"
+        );
+        let limits = [
+            ("max_shapes", self.max_shapes),
+            ("min_parts", self.min_parts),
+            ("max_parts", self.max_parts),
+        ];
+        for (key, limit) in limits {
+            ensure!(
+                limit == 0 || self.shapes == EndpointShapes::All,
+                "endpoints.{name}.{key} chooses shapes, but test shapes are not chosen again; set endpoints.{name}.shapes = \"all\" or \
+                 leave it out"
+            );
+        }
+        ensure!(
+            self.max_parts == 0 || self.min_parts <= self.max_parts,
+            "endpoints.{name}: min_parts = {} is above max_parts = {}",
+            self.min_parts,
+            self.max_parts
         );
         ensure!(
             self.normals != Some(EndpointNormals::None) || self.normal_noise_deg == 0.0,
@@ -147,6 +171,18 @@ mod tests {
             Some("position_noise must be from 0 to 1"),
         );
         check("name = \"n\"\nshapes = \"all\"", Some("needs a data set"));
+        check(
+            "name = \"n\"\ndata = \"d\"\nshapes = \"all\"\nmin_parts = 2\nmax_parts = 20",
+            None,
+        );
+        check(
+            "name = \"n\"\ndata = \"d\"\nshapes = \"all\"\nmin_parts = 9\nmax_parts = 4",
+            Some("is above max_parts = 4"),
+        );
+        check(
+            "name = \"n\"\ndata = \"d\"\nmax_parts = 20",
+            Some("test shapes are not chosen again"),
+        );
         check(
             "name = \"n\"\nnormals = \"none\"\nnormal_noise_deg = 1",
             Some("has no normals"),

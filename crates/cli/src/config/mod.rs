@@ -14,6 +14,7 @@ mod metric_name;
 mod problem;
 mod ranges;
 mod settings;
+mod source_names;
 mod source_table;
 mod stated;
 mod training_tables;

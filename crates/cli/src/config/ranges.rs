@@ -30,6 +30,7 @@ impl Config {
         for (name, table) in &self.sources {
             table.check(name)?;
         }
+        self.check_source_names()?;
         self.net.check()?;
         self.tokens.check()?;
         self.loss.check()?;

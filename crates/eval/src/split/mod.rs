@@ -21,7 +21,7 @@ pub use train_share::TrainShare;
 
 use collections::collections;
 use duplicates::without_duplicates;
-use near::{nearest, remove_near};
+use near::remove_near;
 use partprobe_carrier::{Descriptor, Signature, keyed_rng};
 use rand::Rng as _;
 use serde::{Deserialize, Serialize};
@@ -232,14 +232,9 @@ fn named(sides: &[Vec<&SplitCandidate>; 3]) -> Split {
             groups.insert(shape.id.clone(), first.unwrap_or(&shape.id).clone());
         }
     }
-    let nearest_training = sides[TEST].iter().filter_map(|shape| {
-        let (difference, of) = nearest(shape, &sides[TRAIN])?;
-        Some(NearShape {
-            id: shape.id.clone(),
-            of: of.id.clone(),
-            difference,
-        })
-    });
+    let nearest_training = sides[TEST]
+        .iter()
+        .filter_map(|shape| NearShape::nearest(shape, &sides[TRAIN]));
     Split {
         train: ids(TRAIN),
         valid: ids(VALID),

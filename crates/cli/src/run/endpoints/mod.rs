@@ -173,8 +173,11 @@ fn check_endpoint(config: &Config, endpoint: &EndpointConfig) -> Result<()> {
 fn config_of(config: &Config, endpoint: &EndpointConfig) -> Result<Config> {
     let mut changed = config.clone();
     // Shapes are not chosen again: a test shape is kept even if its number of parts is different on another mesh.
-    changed.select.min_parts = 0;
-    changed.select.max_parts = usize::MAX;
+    changed.select.min_parts = endpoint.min_parts;
+    changed.select.max_parts = match endpoint.max_parts {
+        0 => usize::MAX,
+        most => most,
+    };
     if let Some(data) = &endpoint.data {
         // The tables of the endpoint name the settings of its own data set.
         let label = settings_of(data)?["label"].take();

@@ -11,10 +11,13 @@ use crate::run::training_shapes::draw;
 use anyhow::{Context, Result, ensure};
 use partprobe_carrier::hexadecimal;
 use partprobe_dataset::{Dataset, IndexEntry};
-use partprobe_eval::seeded_rank;
+use partprobe_eval::{DistinctShapes, Duplicate, NearShape, SplitCandidate, seeded_rank};
 use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
+
+/// The reason why a shape is left out that the backbones nearly know.
+const NEAR_TRAINING: &str = "nearly equal to a training or validation shape";
 
 /// The shapes of an endpoint.
 pub(super) struct EndpointData {
@@ -53,7 +56,14 @@ impl EndpointData {
                 let loader = ShapeLoader::new(dataset, config, Points::Kept)?;
                 let loader = loader.with_sources(&references);
                 let wanted = wanted(endpoint, dataset, &test, config.split.seed);
-                loaded(&loader, wanted, &test, progress)?
+                let (shapes, mut selection) = loaded(&loader, wanted, &test, progress)?;
+                let shapes = match endpoint.shapes {
+                    EndpointShapes::Test => shapes,
+                    EndpointShapes::All => {
+                        independent(shapes, run, config.split.near_difference, &mut selection)?
+                    }
+                };
+                (shapes, selection)
             }
         };
         ensure!(!shapes.is_empty(), "no shape is left ({selection})");
@@ -161,6 +171,39 @@ fn loaded(
         }
     }
     Ok((shapes, selection))
+}
+
+/// The shapes that differ from all shapes of the training and validation sides of the run, and from each other.
+fn independent(
+    shapes: Vec<Shape>,
+    run: &RunData,
+    near_difference: f64,
+    selection: &mut Selection,
+) -> Result<Vec<Shape>> {
+    let split = run.split();
+    let mut seen = run.shapes_of(&split.train)?;
+    seen.extend(run.shapes_of(&split.valid)?);
+    let seen: Vec<&SplitCandidate> = seen.into_iter().map(|shape| &shape.candidate).collect();
+    let is_near = |shape: &Shape| {
+        NearShape::nearest(&shape.candidate, &seen)
+            .is_some_and(|near| near_difference > 0.0 && near.difference <= near_difference)
+    };
+    let are_near: Vec<bool> = shapes.par_iter().map(is_near).collect();
+    let mut distinct = DistinctShapes::default();
+    let mut kept = Vec::new();
+    for (shape, is_near) in shapes.into_iter().zip(are_near) {
+        if is_near {
+            selection.leave_out(NEAR_TRAINING, &shape.id);
+        } else if distinct
+            .add(&shape.id, &shape.candidate.signature)
+            .is_some()
+        {
+            selection.leave_out(Duplicate::REASON, &shape.id);
+        } else {
+            kept.push(shape);
+        }
+    }
+    Ok(kept)
 }
 
 /// The changes of an endpoint, in words.

@@ -31,6 +31,8 @@ pub(super) struct Batch<'a> {
     pub(super) folder: &'a ExportFolder,
     pub(super) interrupt: &'a Interrupt,
     pub(super) n_threads: usize,
+    /// The advice if the batch is stopped.
+    pub(super) after_stop: &'static str,
 }
 
 impl Batch<'_> {
@@ -112,8 +114,9 @@ impl Batch<'_> {
     fn stopped(&self, n_done: usize, n_shapes: usize) -> anyhow::Error {
         let out = self.folder.root().display();
         anyhow!(
-            "stopped after {n_done} of {}; {out} is not complete, export again with --force",
-            counted(n_shapes, "shape", "shapes")
+            "stopped after {n_done} of {}; {out} is not complete, {}",
+            counted(n_shapes, "shape", "shapes"),
+            self.after_stop
         )
     }
 
@@ -123,7 +126,20 @@ impl Batch<'_> {
         shapes: &[&ShapeInput],
         files_of: impl Fn(&ShapeInput, &Carrier) -> Result<Files> + Sync,
     ) -> Result<Vec<ShapeLine>> {
+        self.write_missing(shapes, |_, _| None, files_of)
+    }
+
+    /// Like [`write`](Self::write), but shapes for which `finished` knows the files are not processed again.
+    pub(super) fn write_missing(
+        &self,
+        shapes: &[&ShapeInput],
+        finished: impl Fn(&ShapeInput, &Carrier) -> Option<Vec<PathBuf>> + Sync,
+        files_of: impl Fn(&ShapeInput, &Carrier) -> Result<Files> + Sync,
+    ) -> Result<Vec<ShapeLine>> {
         let done = self.map("export", shapes, |shape, carrier| {
+            if let Some(paths) = finished(shape, carrier) {
+                return Ok(paths.iter().map(|path| portable(path)).collect());
+            }
             let mut names = Vec::new();
             for (path, bytes) in files_of(shape, carrier)? {
                 self.folder.write(&path, &bytes)?;

@@ -1,6 +1,7 @@
 //! Prepares the folder of an export: new or empty, or one that an earlier export wrote and `--force` may replace.
 
 use super::outputs::Outputs;
+use crate::config::{differences, listed};
 use crate::folder_lock::FolderLock;
 use crate::output_folder::{make_folder, remove_content};
 use crate::usage::UsageError;
@@ -35,12 +36,8 @@ impl ExportFolder {
         if let Replace::Export(known) = replace {
             remove_export(root, inputs, known)?;
         }
-        let is_empty = fs::read_dir(root)
-            .with_context(|| format!("reading {}", root.display()))?
-            .next()
-            .is_none();
         ensure!(
-            is_empty,
+            is_empty(root)?,
             UsageError(format!(
                 "{} is not empty; choose another --out, or replace an earlier export with --force",
                 root.display()
@@ -50,6 +47,41 @@ impl ExportFolder {
             root: root.to_owned(),
             _lock: lock,
         })
+    }
+
+    /// Opens the folder of an export that was stopped, to add what is missing. An empty or a new folder becomes a new export.
+    ///
+    /// # Errors
+    /// If another program exports into it, or it is not an export with these settings.
+    pub(super) fn resume(root: &Path, format: &str, settings: &Value) -> Result<Self> {
+        make_folder(root)?;
+        let folder = Self {
+            root: root.to_owned(),
+            _lock: FolderLock::take(root, "exporting into")?,
+        };
+        if is_empty(root)? {
+            folder.write_settings(format, settings)?;
+            return Ok(folder);
+        }
+        let found = fs::read(root.join(SETTINGS_FILE)).unwrap_or_default();
+        let found: Value = serde_json::from_slice(&found).unwrap_or_default();
+        let wanted = settings_document(format, settings);
+        ensure!(
+            found["format"] == wanted["format"],
+            UsageError(format!(
+                "{} holds no {SETTINGS_FILE} of this export, so it cannot be resumed; choose another --out",
+                root.display()
+            ))
+        );
+        ensure!(
+            found == wanted,
+            UsageError(format!(
+                "{} was written with other settings: {}; choose another --out, or start again with --force",
+                root.display(),
+                listed(&differences(&found, &wanted))
+            ))
+        );
+        Ok(folder)
     }
 
     /// The folder for files that are labeled on the way, if there are any.
@@ -68,17 +100,16 @@ impl ExportFolder {
 
     /// Writes `export.json`: the format and every setting that determines the bytes of the files.
     pub(super) fn write_settings(&self, format: &str, settings: &Value) -> Result<()> {
-        let document = json!({
-            "format_version": partprobe_formats::FORMAT_VERSION,
-            "program_version": env!("CARGO_PKG_VERSION"),
-            "format": format,
-            "settings": settings,
-        });
+        let document = settings_document(format, settings);
         self.write(Path::new(SETTINGS_FILE), &json_document(&document)?)
     }
 
-    /// Removes the settings and the folder, if no shape was found.
+    /// Removes the settings and the folder, if no shape was found and nothing was written before.
     pub(super) fn abandon(&self) {
+        let n_files = fs::read_dir(&self.root).map_or(0, Iterator::count);
+        if n_files > 1 {
+            return;
+        }
         // A failed removal does no harm, because the original error is reported.
         let _ = fs::remove_file(self.root.join(SETTINGS_FILE));
         let _ = fs::remove_dir(&self.root);
@@ -87,6 +118,22 @@ impl ExportFolder {
     pub(super) fn root(&self) -> &Path {
         &self.root
     }
+}
+
+/// The content of `export.json`.
+fn settings_document(format: &str, settings: &Value) -> Value {
+    json!({
+        "format_version": partprobe_formats::FORMAT_VERSION,
+        "program_version": env!("CARGO_PKG_VERSION"),
+        "format": format,
+        "settings": settings,
+    })
+}
+
+fn is_empty(folder: &Path) -> Result<bool> {
+    let mut entries =
+        fs::read_dir(folder).with_context(|| format!("reading {}", folder.display()))?;
+    Ok(entries.next().is_none())
 }
 
 /// The content of a folder that may be replaced.

@@ -20,9 +20,12 @@ use crate::usage::UsageError;
 use anyhow::{Result, ensure};
 use partprobe_carrier::{Carrier, ShapeKind};
 use partprobe_cluster::ClustererFactory;
-use partprobe_formats::{Array, Compression, carrier_to_npz, integer_lines};
+use partprobe_dataset::CarrierRef;
+use partprobe_formats::{Array, Compression, carrier_to_npz, integer_lines, mesh_hash};
 use partprobe_net::Backend;
 use serde_json::json;
+use std::fmt;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 /// The files that this verb writes.
@@ -41,6 +44,7 @@ const TAKES_K: &str = "k-means";
   partprobe predict runs/mine bracket.step --out parts/
   partprobe predict model.safetensors scan.ply mesh.obj --k 6 --out parts/
   partprobe predict runs/mine dataset/ --k step-parts --clusterer average-link --out parts/
+  partprobe predict runs/mine library/ --out parts/ --resume        after an interruption, or with new files
   partprobe render parts/bracket.npz --color predicted -o parts.png
   partprobe export glb parts/bracket.npz --label predicted --out glb/
 
@@ -64,6 +68,9 @@ pub(crate) struct PredictArgs {
     /// always `modes`.
     #[arg(long, value_name = "NAME")]
     clusterer: Option<String>,
+    /// Keep the shapes that are already in --out, and divide the others.
+    #[arg(long, conflicts_with = "force")]
+    resume: bool,
 }
 
 /// The way in which the number of parts is chosen.
@@ -90,6 +97,16 @@ impl FromStr for PartCount {
     }
 }
 
+impl fmt::Display for PartCount {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Auto => f.write_str("auto"),
+            Self::StepParts => f.write_str("step-parts"),
+            Self::Fixed(n) => write!(f, "{n}"),
+        }
+    }
+}
+
 /// Divides the shapes.
 ///
 /// # Errors
@@ -99,21 +116,42 @@ pub(crate) fn predict(args: &PredictArgs) -> Result<()> {
     let backbone = args.open_backbone()?;
     let settings = json!({
         "clusterer": clusterer.name,
+        "eval": {
+            "max_iterations": backbone.config.eval.max_iterations,
+            "restarts": backbone.config.eval.restarts,
+            "seed": backbone.config.eval.seed,
+            "tolerance": backbone.config.eval.tolerance,
+        },
+        "k": args.k.to_string(),
+        "label": backbone.config.label,
         "refine": backbone.config.net.refine,
         "sample": backbone.config.sample,
         "tokens": backbone.config.tokens,
+        "weights_sha256": args.backbone.weights_sha256(args.folder.shapes.settings())?,
     });
     let folder = args.folder_for(&backbone)?;
-    let session = ExportSession::new("predictions", &folder, &settings, OUTPUTS)?;
+    let session = if args.resume {
+        ExportSession::resumed("predictions", &folder, &settings)?
+    } else {
+        ExportSession::new("predictions", &folder, &settings, OUTPUTS)?
+    };
+    let session = session.resumable();
     let shapes: Vec<&ShapeInput> = session.sources.shapes.iter().collect();
     let prediction = Prediction {
         backbone: &backbone,
         clusterer,
         k: args.k,
     };
+    let finished = |shape: &ShapeInput, carrier: &Carrier| {
+        let paths = paths_of(shape, carrier);
+        let is_finished = args.resume && are_of(&paths, &args.folder.out, carrier);
+        is_finished.then_some(paths)
+    };
     let mut lines = session
         .batch()
-        .write(&shapes, |shape, carrier| prediction.files(shape, carrier))?;
+        .write_missing(&shapes, finished, |shape, carrier| {
+            prediction.files(shape, carrier)
+        })?;
     lines.extend(session.sources.failed.iter().map(ShapeLine::from));
     session.batch().conclude(&lines)
 }
@@ -204,18 +242,14 @@ impl Prediction<'_> {
                 Array::vector(labels.of_point().to_vec()),
             ),
         ];
-        let mut files = vec![
-            (
-                with_suffix(&shape.stem, "npz"),
-                carrier_to_npz(&labeled, Compression::Stored)?,
-            ),
-            (with_suffix(&shape.stem, "points.npz"), npz_bytes(points)?),
+        let mut contents = vec![
+            carrier_to_npz(&labeled, Compression::Stored)?,
+            npz_bytes(points)?,
         ];
         if carrier.kind() == ShapeKind::Brep {
-            let lines = integer_lines(&labels.of_faces(carrier)).into_bytes();
-            files.push((with_suffix(&shape.stem, "seg"), lines));
+            contents.push(integer_lines(&labels.of_faces(carrier)).into_bytes());
         }
-        Ok(files)
+        Ok(paths_of(shape, carrier).into_iter().zip(contents).collect())
     }
 
     /// The requested number of clusters: at most one per token.
@@ -240,6 +274,32 @@ impl Prediction<'_> {
             }
         }
     }
+}
+
+/// The files of a shape, in the order in which they are written: its carrier, its points, and the labels of its faces if it has a
+/// B-Rep.
+fn paths_of(shape: &ShapeInput, carrier: &Carrier) -> Vec<PathBuf> {
+    let mut suffixes = vec!["npz", "points.npz"];
+    if carrier.kind() == ShapeKind::Brep {
+        suffixes.push("seg");
+    }
+    let path = |suffix| with_suffix(&shape.stem, suffix);
+    suffixes.into_iter().map(path).collect()
+}
+
+/// Whether all files of a shape exist, and were made from this carrier. A shape that has changed since is divided again.
+fn are_of(paths: &[PathBuf], out: &Path, carrier: &Carrier) -> bool {
+    if paths.iter().any(|path| !out.join(path).is_file()) {
+        return false;
+    }
+    let Ok((made, _)) = CarrierRef::alone(&out.join(&paths[0])).read() else {
+        return false;
+    };
+    let is_same_mesh = || mesh_hash(made.mesh()) == mesh_hash(carrier.mesh());
+    made.meta().id == carrier.meta().id
+        && made.meta().source_sha256 == carrier.meta().source_sha256
+        // The mesh of a shape without a B-Rep is made anew from its points and triangles.
+        && (carrier.kind() != ShapeKind::Brep || is_same_mesh())
 }
 
 #[cfg(test)]

@@ -15,6 +15,7 @@ pub(super) struct ExportSession {
     pub(super) folder: ExportFolder,
     interrupt: Interrupt,
     n_threads: usize,
+    after_stop: &'static str,
 }
 
 impl ExportSession {
@@ -46,6 +47,28 @@ impl ExportSession {
         };
         let folder = ExportFolder::make(&args.out, replace, &args.shapes.paths)?;
         folder.write_settings(format, settings)?;
+        Self::in_folder(args, folder)
+    }
+
+    /// The session of an export that was stopped, or a new one if the folder is empty.
+    ///
+    /// # Errors
+    /// In addition to those of [`new`](Self::new), if the folder is an export with other settings.
+    pub(super) fn resumed(format: &str, args: &FolderArgs, settings: &Value) -> Result<Self> {
+        args.shapes.check()?;
+        let folder = ExportFolder::resume(&args.out, format, settings)?;
+        Self::in_folder(args, folder)
+    }
+
+    /// The same session, of a verb that can resume it after a stop.
+    pub(super) fn resumable(self) -> Self {
+        Self {
+            after_stop: "continue with --resume",
+            ..self
+        }
+    }
+
+    fn in_folder(args: &FolderArgs, folder: ExportFolder) -> Result<Self> {
         let interrupt = Interrupt::listen()?;
         let sources = args
             .shapes
@@ -56,6 +79,7 @@ impl ExportSession {
             folder,
             interrupt,
             n_threads: args.shapes.n_threads(),
+            after_stop: "export again with --force",
         })
     }
 
@@ -64,6 +88,7 @@ impl ExportSession {
             folder: &self.folder,
             interrupt: &self.interrupt,
             n_threads: self.n_threads,
+            after_stop: self.after_stop,
         }
     }
 }
