@@ -290,6 +290,13 @@ fn config_errors_name_the_place_what_is_allowed_and_the_nearest_key() {
             ][..],
         ),
         (
+            "base = \"base\"\n[compare]\nsupervision = [\"step-part\"]\n",
+            &[
+                "mine.toml, line 3: compare.supervision: `step-part` is not a label source",
+                "did you mean `step-parts`?",
+            ],
+        ),
+        (
             "base = \"base\"\n[labl]\ntheta_deg = 9\n",
             &["mine.toml, line 2: labl", "did you mean `label`?"],
         ),

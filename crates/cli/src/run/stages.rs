@@ -22,6 +22,8 @@ use partprobe_net::Model;
 
 /// A run folder with its settings and its data.
 pub(crate) struct Run<'a> {
+    /// The data set of its shapes.
+    pub(super) dataset: &'a Dataset,
     pub(crate) config: &'a Config,
     pub(crate) folder: &'a RunFolder,
     pub(crate) execution: &'a Execution,
@@ -34,13 +36,14 @@ impl<'a> Run<'a> {
     /// # Errors
     /// If the data set cannot be read, or no shape is left to train or test on.
     pub(crate) fn new(
-        dataset: &Dataset,
+        dataset: &'a Dataset,
         config: &'a Config,
         folder: &'a RunFolder,
         execution: &'a Execution,
         points: Points,
     ) -> Result<Self> {
         Ok(Self {
+            dataset,
             config,
             folder,
             execution,
@@ -53,12 +56,13 @@ impl<'a> Run<'a> {
     /// # Errors
     /// If there is no split, or a shape of it cannot be read.
     pub(crate) fn to_score(
-        dataset: &Dataset,
+        dataset: &'a Dataset,
         config: &'a Config,
         folder: &'a RunFolder,
         execution: &'a Execution,
     ) -> Result<Self> {
         Ok(Self {
+            dataset,
             config,
             folder,
             execution,

@@ -73,8 +73,8 @@ impl Run<'_> {
 
     fn evaluate_endpoint(&self, endpoint: &EndpointConfig) -> Result<String> {
         let config = config_of(self.config, endpoint)?;
+        let data = EndpointData::load(endpoint, &config, self)?;
         let progress = &self.execution.progress;
-        let data = EndpointData::load(endpoint, &config, &self.data, progress)?;
         progress.note(&format!("endpoint {}: {}", endpoint.name, data.summary));
         let shapes: Vec<&Shape> = data.shapes.iter().collect();
 

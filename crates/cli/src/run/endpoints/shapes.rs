@@ -5,8 +5,8 @@ use super::disturbance::disturbed;
 use crate::config::{Config, EndpointConfig, EndpointShapes};
 use crate::label_sources::source_named;
 use crate::progress::Progress;
-use crate::run::data::RunData;
 use crate::run::shapes::{Points, Selection, Shape, ShapeLoader};
+use crate::run::stages::Run;
 use crate::run::training_shapes::draw;
 use anyhow::{Context, Result, ensure};
 use partprobe_carrier::hexadecimal;
@@ -37,18 +37,14 @@ impl EndpointData {
     ///
     /// # Errors
     /// If a data set cannot be read, or no shape is left.
-    pub(super) fn load(
-        endpoint: &EndpointConfig,
-        config: &Config,
-        run: &RunData,
-        progress: &Progress,
-    ) -> Result<Self> {
+    pub(super) fn load(endpoint: &EndpointConfig, config: &Config, run: &Run<'_>) -> Result<Self> {
         let references = if endpoint.references.is_empty() {
             config.references()
         } else {
             endpoint.references.clone()
         };
-        let test = run.test()?;
+        let test = run.data.test()?;
+        let progress = &run.execution.progress;
         let dataset = endpoint.data.as_deref().map(Dataset::open).transpose()?;
         let (mut shapes, selection) = match &dataset {
             None => (redrawn(&test, config)?, Selection::of(test.len())),
@@ -59,9 +55,7 @@ impl EndpointData {
                 let (shapes, mut selection) = loaded(&loader, wanted, &test, progress)?;
                 let shapes = match endpoint.shapes {
                     EndpointShapes::Test => shapes,
-                    EndpointShapes::All => {
-                        independent(shapes, run, config.split.near_difference, &mut selection)?
-                    }
+                    EndpointShapes::All => independent(shapes, &known_shapes(run)?, &mut selection),
                 };
                 (shapes, selection)
             }
@@ -173,37 +167,51 @@ fn loaded(
     Ok((shapes, selection))
 }
 
-/// The shapes that differ from all shapes of the training and validation sides of the run, and from each other.
-fn independent(
+/// The training and validation shapes of a run, and the difference up to which another shape is nearly equal to one of them.
+struct KnownShapes {
     shapes: Vec<Shape>,
-    run: &RunData,
     near_difference: f64,
-    selection: &mut Selection,
-) -> Result<Vec<Shape>> {
-    let split = run.split();
-    let mut seen = run.shapes_of(&split.train)?;
-    seen.extend(run.shapes_of(&split.valid)?);
-    let seen: Vec<&SplitCandidate> = seen.into_iter().map(|shape| &shape.candidate).collect();
+}
+
+/// Reads the training and validation shapes, unless no difference is too small.
+fn known_shapes(run: &Run<'_>) -> Result<KnownShapes> {
+    let near_difference = run.config.split.near_difference;
+    let mut shapes = Vec::new();
+    if near_difference > 0.0 {
+        // Neither their labels nor their points are needed.
+        let loader = ShapeLoader::new(run.dataset, run.config, Points::Redrawn)?.with_sources(&[]);
+        let file = &run.data.split_file;
+        let ids = file.split.train.iter().chain(&file.split.valid);
+        (shapes, _) = file.load(&loader, ids, &run.execution.progress)?;
+    }
+    Ok(KnownShapes {
+        shapes,
+        near_difference,
+    })
+}
+
+/// The shapes that are not nearly equal to a known one, and differ from each other.
+fn independent(shapes: Vec<Shape>, known: &KnownShapes, selection: &mut Selection) -> Vec<Shape> {
+    let candidates: Vec<&SplitCandidate> =
+        known.shapes.iter().map(|shape| &shape.candidate).collect();
     let is_near = |shape: &Shape| {
-        NearShape::nearest(&shape.candidate, &seen)
-            .is_some_and(|near| near_difference > 0.0 && near.difference <= near_difference)
+        NearShape::nearest(&shape.candidate, &candidates)
+            .is_some_and(|near| near.difference <= known.near_difference)
     };
     let are_near: Vec<bool> = shapes.par_iter().map(is_near).collect();
     let mut distinct = DistinctShapes::default();
     let mut kept = Vec::new();
     for (shape, is_near) in shapes.into_iter().zip(are_near) {
+        let candidate = &shape.candidate;
         if is_near {
             selection.leave_out(NEAR_TRAINING, &shape.id);
-        } else if distinct
-            .add(&shape.id, &shape.candidate.signature)
-            .is_some()
-        {
+        } else if distinct.add(&shape.id, &candidate.signature).is_some() {
             selection.leave_out(Duplicate::REASON, &shape.id);
         } else {
             kept.push(shape);
         }
     }
-    Ok(kept)
+    kept
 }
 
 /// The changes of an endpoint, in words.
