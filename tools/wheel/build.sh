@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Builds the wheel of Python, the module and the program: tools/wheel/build.sh [TARGET]. It needs Python with venv and pip.
-# TARGET is another processor, such as aarch64-unknown-linux-gnu. It needs rustup, and zig as the linker, which pip brings.
+# TARGET, such as aarch64-unknown-linux-gnu or x86_64-unknown-linux-gnu, is for a wheel to publish: it needs only the C library of 2012 and
+# holds no paths of this machine. It needs rustup, and zig as the linker, which pip brings.
 # The wheel is written to wheels/ in the target folder, and its path is printed.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
@@ -32,6 +33,8 @@ if [ -n "$target" ]; then
     export "${variable//-/_}=$linker"
     # The strip of this machine does not know the other processor.
     export CARGO_PROFILE_RELEASE_STRIP=symbols
+    # Without a target these flags would make cargo compile again what the tests have compiled.
+    export RUSTFLAGS="--remap-path-prefix=$PWD=/partprobe --remap-path-prefix=${CARGO_HOME:-$HOME/.cargo}=/cargo"
 fi
 
 # With `--workspace` the libraries have the features that they have everywhere: maturin finds them compiled.
