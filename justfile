@@ -91,6 +91,11 @@ bench-kmeans *files: (_venv "kmeans" "numpy scikit-learn")
     cargo build --release -p partprobe-cluster --example time_kmeans
     "{{build}}/kmeans/bin/python" tools/kmeans/compare.py "{{build}}/release/examples/time_kmeans" {{files}}
 
+# The mean shift on embeddings of real shapes, in seconds of one processor: just bench-mean-shift EMBEDDINGS.npz... (installs numpy)
+bench-mean-shift *files: (_venv "kmeans" "numpy scikit-learn")
+    cargo build --release -p partprobe-net --example time_mean_shift
+    "{{build}}/kmeans/bin/python" tools/mean_shift/measure.py "{{build}}/release/examples/time_mean_shift" {{files}}
+
 # The network against PyTorch, outputs and every gradient: just parity (installs torch for the CPU)
 parity: (_venv "torch" torch_packages)
     cargo build --release

@@ -5,6 +5,7 @@
 pub(crate) mod backbones;
 pub(crate) mod batch_norm;
 pub(crate) mod forward_mode;
+mod joined_rows;
 pub(crate) mod layers;
 pub(crate) mod net_config;
 pub(crate) mod network;

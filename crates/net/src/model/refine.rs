@@ -3,8 +3,8 @@
 //! The embeddings of the tokens of one shape go in, and as many unit rows come out. The layer has no parameters: it is not
 //! trained, and it uses neither labels nor the number of parts. It is not used in training.
 
+use super::joined_rows::JoinedRows;
 use crate::config::{ConfigError, ensure};
-use crate::kernels::fused::mean_shift_step;
 use partprobe_carrier::Embeddings;
 use serde::{Deserialize, Serialize};
 
@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 #[non_exhaustive]
 pub enum RefineConfig {
     /// Mean shift on the unit sphere: in each step every row moves to the mean of all rows, weighted by exp(κ (cosine − 1)) and
-    /// by the number of points of a row.
+    /// by the number of points of a row. Rows that have met, up to a distance of 10⁻⁵, move as one from then on.
     MeanShift {
         /// κ, which determines how fast the influence of a row decreases with its angle. It is from 0.1 to 1000.
         kappa: f64,
@@ -103,11 +103,12 @@ impl RefineConfig {
 
         let Self::MeanShift { kappa, steps } = self;
         let dim = rows.dim();
-        let mut values = super::unit_rows(rows.values().to_vec(), dim);
+        let unit_rows = super::unit_rows(rows.values().to_vec(), dim);
+        let mut moving = JoinedRows::new(unit_rows, dim, multiplicity);
         for _ in 0..*steps {
-            values = mean_shift_step(&values, dim, multiplicity, *kappa as f32);
+            moving.step(*kappa as f32);
         }
-        Embeddings::new(dim, values).map_err(|_| RefineError::NotFinite)
+        Embeddings::new(dim, moving.into_values()).map_err(|_| RefineError::NotFinite)
     }
 }
 
@@ -159,6 +160,24 @@ mod tests {
         #[test]
         fn blocks_give_what_the_definition_gives(n in 1usize..230, dim in 1usize..40, seed: u64) {
             let rows = random_rows(n, dim, seed);
+            let multiplicity: Vec<u32> = (0..n as u32).map(|i| 1 + i * 7 % 23).collect();
+            let found = LAYER.refined(&rows, &multiplicity).unwrap();
+            for (found, exact) in found.rows().zip(dense(&rows, &multiplicity)) {
+                for (&x, y) in found.iter().zip(exact) {
+                    prop_assert!((f64::from(x) - y).abs() < 2e-4, "{x} {y}");
+                }
+            }
+        }
+
+        #[test]
+        fn rows_that_meet_give_what_the_definition_gives(n in 60usize..200, k in 1usize..6, spread in 0.01f32..0.6, seed: u64) {
+            let (dim, centers) = (24, random_rows(k, 24, seed));
+            let noise = random_rows(n, dim, seed ^ 1);
+            let values = (0..n).flat_map(|row| {
+                let center = centers.row(row % k).iter();
+                center.zip(noise.row(row)).map(|(c, x)| c + spread * x).collect::<Vec<_>>()
+            });
+            let rows = Embeddings::new(dim, crate::model::unit_rows(values.collect(), dim)).unwrap();
             let multiplicity: Vec<u32> = (0..n as u32).map(|i| 1 + i * 7 % 23).collect();
             let found = LAYER.refined(&rows, &multiplicity).unwrap();
             for (found, exact) in found.rows().zip(dense(&rows, &multiplicity)) {

@@ -1,0 +1,47 @@
+#!/usr/bin/env python3
+"""Measures the mean shift of the shipped configs on embeddings of real shapes, in seconds of one processor.
+
+    python3 tools/mean_shift/measure.py TIME_MEAN_SHIFT EMBEDDINGS.npz...
+
+TIME_MEAN_SHIFT is the example of crates/net. A file is one that `partprobe embed --set net.refine=none` writes. Rows that have met move
+as one, so embeddings of parts take less time than as many random rows, which is the last column. Exits with 1 if the mean over the
+shapes is above 0.2 s.
+"""
+
+import json
+import pathlib
+import statistics
+import subprocess
+import sys
+import tempfile
+
+import numpy as np
+
+MAX_SECONDS = 0.2
+
+
+def measured(program, rows):
+    with tempfile.NamedTemporaryFile(suffix=".f32") as file:
+        rows.astype("<f4").tofile(file.name)
+        command = [program, file.name, str(rows.shape[1])]
+        return json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
+
+
+def main():
+    program, *files = sys.argv[1:]
+    print("| shape | tokens | numbers | s | s, if no rows met |")
+    print("|---|---:|---:|---:|---:|")
+    seconds = []
+    for path in files:
+        rows = np.load(path)["embeddings"]
+        found = measured(program, rows)
+        seconds.append(found["joined_s"])
+        name = pathlib.Path(path).stem
+        print(f"| {name} | {len(rows)} | {rows.shape[1]} | {found['joined_s']:.3f} | {found['apart_s']:.3f} |", flush=True)
+    mean, median = statistics.mean(seconds), statistics.median(seconds)
+    print(f"\nMean {mean:.3f} s, median {median:.3f} s, longest {max(seconds):.3f} s over {len(seconds)} shapes.")
+    sys.exit(0 if mean <= MAX_SECONDS else 1)
+
+
+if __name__ == "__main__":
+    main()
