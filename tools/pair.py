@@ -14,6 +14,8 @@ import shutil
 import subprocess
 import sys
 
+ROOT = pathlib.Path(__file__).resolve().parents[1]
+CONFIG = ROOT / "configs/label-pair.toml"
 GROUPS = ("abc", "assemblies", "conformance", "electronics", "fusion", "mechanical")
 SOURCES = ("step-parts", "aagnet")
 # Data sets by name: the groups that are labeled, and the settings.
@@ -67,7 +69,9 @@ class Study:
 
     def call(self, verb, *words, settings=()):
         command = [self.program, verb, *words, *(word for setting in settings for word in ("--set", setting))]
-        result = subprocess.run([str(word) for word in command], cwd=self.groups, stdout=subprocess.DEVNULL)
+        # The names of the groups become part of the ids, and the config names the manifest from the root of the repository.
+        folder = self.groups if verb == "label" else ROOT
+        result = subprocess.run([str(word) for word in command], cwd=folder, stdout=subprocess.DEVNULL)
         # Label files that cannot be read do not stop the study.
         if result.returncode not in ((0, 1) if verb == "label" else (0,)):
             raise SystemExit(f"{verb} ended with {result.returncode}")
@@ -100,9 +104,6 @@ class Study:
         if not (folder / "endpoints" / "fusion" / "tables.json").exists():
             self.call("eval", folder, "--jobs", "1", settings=(*self.sources, SEEDS, RESTARTS, endpoints(self.out)))
         return folder
-
-
-CONFIG = pathlib.Path(__file__).resolve().parents[1] / "configs/label-pair.toml"
 
 
 def tables_of(folder):
