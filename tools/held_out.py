@@ -43,19 +43,24 @@ class Study:
         self.program, self.out, self.folder = arguments.partprobe, arguments.out, arguments.folder
         self.aagnet = ("--set", f"sources.aagnet.path={arguments.aagnet}")
 
-    def call(self, verb, *words, text=None):
+    def call(self, verb, *words):
         command = [str(word) for word in (self.program, verb, *words)]
         # The names of the groups become part of the ids.
         folder = self.folder if verb == "label" else ROOT
-        result = subprocess.run(command, cwd=folder, stdout=subprocess.DEVNULL, input=text, text=True)
+        result = subprocess.run(command, cwd=folder, stdout=subprocess.DEVNULL)
         # Files that cannot be read do not stop the study.
         if result.returncode not in ((0, 1) if verb == "label" else (0,)):
             raise SystemExit(f"{verb} ended with {result.returncode}")
 
-    def label(self, name, files):
+    def label(self, name, *inputs):
         if not (self.out / name / "index.jsonl").exists():
-            paths = "".join(f"{path}\n" for path in files)
-            self.call("label", "--list", "-", "--unit", "solid", "--out", self.out / name, "--quiet", text=paths)
+            self.call("label", *inputs, "--unit", "solid", "--out", self.out / name, "--quiet")
+
+    def label_held_out(self):
+        # The name of the list becomes part of the ids, on which the points depend.
+        paths = self.out / "held.txt"
+        paths.write_text("".join(f"{path}\n" for path in unseen_files(self.folder)))
+        self.label("held-out", "--list", paths)
 
     def train(self):
         run = self.out / "run"
@@ -83,8 +88,8 @@ def main():
     arguments.out.mkdir(parents=True, exist_ok=True)
 
     study = Study(arguments)
-    study.label("solids", GROUPS)
-    study.label("held-out", unseen_files(arguments.folder))
+    study.label("solids", *GROUPS)
+    study.label_held_out()
     tables = (study.score(study.train()) / "tables.md").read_text()
     # Each table has its sentence before it. Further scores, and the rows A/A, are in the folder of the endpoint.
     paragraphs = tables.split("\n\n")
