@@ -1,4 +1,4 @@
-//! Plots the histogram of φ: edges and pairs of faces by degree, counts on a logarithmic axis.
+//! Plots the histogram of φ: the number of edges and of pairs of faces per degree, on a logarithmic axis.
 
 use crate::plot::{COLORS, Panel, opening, text};
 use crate::{CalibrationTables, N_ANGLE_BINS};
@@ -23,7 +23,7 @@ pub fn histogram_svg(tables: &CalibrationTables) -> String {
         width: 760.0,
         height: 300.0,
         x: (0.0, N_ANGLE_BINS as f64),
-        // A bar of one edge must be seen: the axis begins below one.
+        // The axis begins below one, so that a bar of a single edge is visible.
         y: (-0.3, decades),
     };
     let mut svg = opening(860.0, 420.0);
@@ -56,7 +56,7 @@ pub fn histogram_svg(tables: &CalibrationTables) -> String {
     svg
 }
 
-/// One bar a degree; a degree without angles has none.
+/// One bar per degree. A degree without angles has no bar.
 fn bars(panel: &Panel, bins: &[u64], color: &str) -> String {
     let mut path = String::new();
     let bottom = panel.top + panel.height;
@@ -71,7 +71,7 @@ fn bars(panel: &Panel, bins: &[u64], color: &str) -> String {
     format!("<path d=\"{path}\" fill=\"{color}\" fill-opacity=\"0.6\"/>\n")
 }
 
-/// The outline of the pairs, over the bars of the edges.
+/// The histogram of the pairs as an outline, drawn over the bars of the edges.
 fn steps(panel: &Panel, bins: &[u64]) -> String {
     let height = |count: u64| {
         if count > 0 {

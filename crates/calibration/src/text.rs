@@ -5,7 +5,7 @@ use partprobe_carrier::FaceType;
 use std::fmt::Write as _;
 
 impl CalibrationTables {
-    /// Shares by type, the sweep, and the stable range.
+    /// Formats the fractions by type, the sweep, and the stable range.
     #[must_use]
     pub fn to_markdown(&self) -> String {
         let mut text = format!(
@@ -102,7 +102,7 @@ impl CalibrationTables {
         );
     }
 
-    /// One line for each degree: the lower bound of the bin, edges, pairs.
+    /// Formats one line per degree: the lower bound of the bin, the number of edges, the number of pairs.
     #[must_use]
     pub fn histogram_csv(&self) -> String {
         let mut text = String::from("phi_from_deg,edges,pairs\n");
@@ -118,7 +118,7 @@ impl CalibrationTables {
         text
     }
 
-    /// One line for each threshold of the sweep; six decimals a number.
+    /// Formats one line per threshold of the sweep. Statistics have six decimals.
     #[must_use]
     pub fn sweep_csv(&self) -> String {
         let mut text = String::from("theta_deg,n_shapes,n_changed");
@@ -135,10 +135,10 @@ impl CalibrationTables {
         text
     }
 
-    /// Everything, in full precision.
+    /// Formats all tables in full precision.
     #[must_use]
     pub fn to_json(&self) -> String {
-        // Numbers, lists and text always serialize; the fallback keeps the function free of panics.
+        // Numbers, lists and text can always be serialized. The fallback only keeps the function free of panics.
         serde_json::to_string_pretty(self)
             .map(|json| json + "\n")
             .unwrap_or_default()
