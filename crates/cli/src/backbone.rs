@@ -17,10 +17,10 @@ pub(crate) struct BackboneArgs {
     /// The run folder with the trained backbone, or a file of weights.
     #[arg(value_name = "RUN|WEIGHTS")]
     run: PathBuf,
-    /// Which backbone of the run; the config's first supervision if not given.
+    /// The supervision of the backbone, if the run has several; the config's first one if not given.
     #[arg(long, value_name = "SOURCE")]
     supervision: Option<String>,
-    /// Which training seed; the config's first if not given.
+    /// The seed of the training; the config's first one if not given.
     #[arg(long)]
     seed: Option<u64>,
 }

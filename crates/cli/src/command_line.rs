@@ -73,7 +73,7 @@ fn width() -> usize {
 fn groups(command: &Command, width: usize) -> String {
     let about = |name: &str| {
         if name == "help" {
-            return Some("Print this text, or that of a verb".to_owned());
+            return Some("Print this text, or the help of a verb".to_owned());
         }
         let verb = command.find_subcommand(name)?;
         verb.get_about().map(ToString::to_string)

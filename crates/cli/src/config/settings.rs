@@ -125,7 +125,7 @@ pub(crate) enum Emit {
     Labels,
     /// The mesh with all labels.
     Carrier,
-    /// Sampled points with normals and labels, by the settings of `sample`.
+    /// Sampled points with normals and labels, with the settings of `[sample]`.
     Points,
 }
 
@@ -133,9 +133,9 @@ pub(crate) enum Emit {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum NormalConfig {
-    /// The triangle's.
+    /// The normal of the triangle.
     Triangle,
-    /// The true surface's.
+    /// The normal of the true surface.
     Analytic,
 }
 

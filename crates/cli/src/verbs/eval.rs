@@ -15,8 +15,8 @@ use std::process::ExitCode;
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "Example: partprobe eval runs/mine --set eval.restarts=30
 
---set accepts the keys that say how backbones are scored: compare.*, endpoints, eval.*, expect.*, net.refine, sources.*,
-tokens.test_poses and tokens.test_tokens. The values stay in the config of the run folder. To return to former values, set them again.")]
+--set accepts the keys for scoring backbones: compare.*, endpoints, eval.*, expect.*, net.refine, sources.*, tokens.test_poses and
+tokens.test_tokens. The values stay in the config of the run folder. To return to former values, set them again.")]
 pub(crate) struct EvalArgs {
     /// The run folder.
     #[arg(value_name = "RUN")]

@@ -14,15 +14,15 @@ use std::path::PathBuf;
 #[command(
     after_help = "Example: partprobe expect runs/first runs/second > bounds.toml
 
-Each line bounds a score of a label source from below: its mean over all seeds, less --deviations standard deviations. Copy the lines
-into the config of a run, or give the file to `partprobe score --expect`. The seeds of one run count apart, so one run of
-three seeds is enough."
+Each line bounds a score of a label source from below: its mean over all seeds, minus --deviations standard deviations. Copy the
+lines into the config of a run, or give the file to `partprobe score --expect`. Each seed of a run counts separately, so one run
+of three seeds is enough."
 )]
 pub(crate) struct ExpectArgs {
     /// The run folders.
     #[arg(value_name = "RUN", required = true)]
     runs: Vec<PathBuf>,
-    /// How many standard deviations a bound lies below the mean.
+    /// The distance of a bound below the mean, in standard deviations.
     #[arg(long, value_name = "N", default_value_t = 3.0)]
     deviations: f64,
 }

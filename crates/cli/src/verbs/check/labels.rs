@@ -25,8 +25,8 @@ use std::sync::Arc;
   partprobe check labels seg/ --data dataset/
   partprobe check labels faces.jsonl.zst --data dataset/ --type faces --set column=instance
 
-A key of --set is one that a config has in [sources.NAME]. Exit codes: 0 labels were joined and none refused,
-1 otherwise, 2 wrong usage.")]
+The keys of --set are those of [sources.NAME] in a config. Exit codes: 0 labels were joined and none were refused, 1 otherwise, 2
+wrong usage.")]
 pub(super) struct LabelsArgs {
     /// A folder with a label file per shape, a file with the labels of many shapes, or an ONNX model.
     #[arg(value_name = "PATH")]

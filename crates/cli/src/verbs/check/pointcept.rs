@@ -20,10 +20,10 @@ pub(super) struct PointceptArgs {
     /// The folder with train, val and test.
     #[arg(value_name = "DIR")]
     folder: PathBuf,
-    /// Classes that `segment` may have; those of `export pointcept` are the 11 primitive types.
+    /// The number of classes that `segment` may have. `export pointcept` writes the 11 primitive types.
     #[arg(long, default_value_t = 11, value_parser = clap::value_parser!(u16).range(1..))]
     classes: u16,
-    /// Threads; as many as there are cores if not given.
+    /// The number of threads; one per core if not given.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: Option<u16>,
 }

@@ -20,16 +20,18 @@ use std::path::PathBuf;
 /// The largest number of rows of a list. Longer lists end with the number of rows that are left out.
 const MAX_ROWS: usize = 40;
 
-/// Cut the smallest STEP file around an entity out of a large one, to report a fault without sending the whole file.
+/// Extract an entity, with all that it needs, from a large STEP file into a small one, to report a fault without sending the
+/// large file.
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "Examples:
   partprobe extract bracket.step '#123' -o small.step         a face, with the units of its file
   partprobe extract bracket.step '#123' '#140' -o small.step  two faces in one shell
   partprobe extract bracket.step '#77' -o -                   to stdout; the report goes to stderr
 
-What the entity refers to comes with it. An edge, a curve or a surface is shown by the faces that use it. Names, header
-and product are neutral; coordinates and the schema stay as they are written. Then both files are read, and the verb says
-whether the faces have the same types, areas and reasons of lost entities in both. It ends with 1 if they do not.
+The small file contains everything that the entity refers to. For an edge, a curve or a surface, it contains the faces that use
+it. Names, header and product are replaced by neutral ones; coordinates and the schema stay the same. Then both files are read,
+and the verb says whether the faces have the same types, areas and reasons of lost entities in both. The exit code is 1 if they do
+not.
 Quote the numbers: a shell takes # for a comment.")]
 pub(crate) struct ExtractArgs {
     /// The STEP file.
@@ -40,7 +42,7 @@ pub(crate) struct ExtractArgs {
     /// The file to write; - for stdout.
     #[arg(long, short = 'o', alias = "output", value_name = "STEP")]
     out: PathBuf,
-    /// Keep the numbers of the large file; otherwise instances are counted from 1.
+    /// Keep the `#` numbers of the large file; if not given, instances are numbered from 1.
     #[arg(long)]
     keep_ids: bool,
     /// Settings to start from: a shipped config or a file.

@@ -40,12 +40,12 @@ use std::sync::atomic::{AtomicUsize, Ordering};
   cat part.step | partprobe sample - --out points/ --format npz
   partprobe sample robot.step --out points/ --format npz --instances --project
 
-DATA is a labeled data set, or STEP files, folders or lists, which are then labeled by the config's [label].
+DATA is a labeled data set, or STEP files, folders or lists, which are labeled first, with the config's [label].
 Archives are not read here: label them first, and sample the data set.
-NPZ: points f32 (N,3), normals f32 (N,3), triangles u32 (N), and label_<source> i32 (N) for each --source; on request
-uv f64 (N,2), curvature f32 (N,2), direction f32 (N,2,3). PLY: x y z nx ny nz, red green blue, and int part with the labels of
-the first --source. Analytic normals are interpolated between those of the vertices; they need carriers that were labeled with
---attributes normal. --project and --attributes ask the true surfaces, which only STEP files hold.")]
+NPZ: points f32 (N,3), normals f32 (N,3), triangles u32 (N), and label_<source> i32 (N) for each --source; on request uv f64
+(N,2), curvature f32 (N,2), direction f32 (N,2,3). PLY: x y z nx ny nz, red green blue, and int part with the labels of the first
+--source. Analytic normals are interpolated between those of the vertices; they need carriers that were labeled with --attributes
+normal. --project and --attributes need the true surfaces, which only STEP files contain.")]
 pub(crate) struct SampleArgs {
     /// A data set, or STEP files, folders, or text files that list paths; `-` is the standard input.
     #[arg(required = true, value_name = "DATA")]
@@ -56,28 +56,28 @@ pub(crate) struct SampleArgs {
     /// The format of the samples.
     #[arg(long, value_enum)]
     format: SampleFormat,
-    /// Points of a shape; the config's sample.n_points if not given.
+    /// The number of points per shape; the config's sample.n_points if not given.
     #[arg(long, visible_alias = "points", value_name = "N")]
     n_points: Option<usize>,
-    /// Which normal a point gets; the config's sample.normals if not given.
+    /// The normals of the points; the config's sample.normals if not given.
     #[arg(long, value_enum)]
     normals: Option<NormalConfig>,
     /// Move each point to its face's true surface, and give it that surface's normal.
     #[arg(long)]
     project: bool,
-    /// What to ask of the true surface at each point.
+    /// The properties of the true surface to compute at each point.
     #[arg(long, value_name = "LIST", value_enum, value_delimiter = ',')]
     attributes: Vec<Attribute>,
-    /// Place every occurrence of every product of a STEP file; each product once if not given.
+    /// Place every occurrence of every product of a STEP file; if not given, each product is used once.
     #[arg(long)]
     instances: bool,
     /// The seed; the config's sample.seed if not given.
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
-    /// Threads; as many as there are cores if not given. The samples do not depend on it.
+    /// The number of threads; one per core if not given. The samples do not depend on it.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: Option<u16>,
-    /// Label sources, first the one that a PLY file shows.
+    /// Label sources. A PLY file contains the labels of the first one.
     #[arg(long = "source", value_name = "SOURCE", default_values = DEFAULT_SOURCES)]
     sources: Vec<String>,
     /// Settings to start from: a shipped config or a file.
@@ -93,7 +93,7 @@ pub(crate) struct SampleArgs {
 enum SampleFormat {
     /// One NumPy archive per shape.
     Npz,
-    /// One binary point cloud a shape.
+    /// One binary point cloud per shape.
     Ply,
 }
 
