@@ -28,7 +28,7 @@ pub fn histogram_svg(tables: &CalibrationTables) -> String {
     };
     let mut svg = opening(860.0, 420.0);
     if let Some(range) = &tables.stable_range {
-        let (from, to) = (panel.place_x(range.low_deg), panel.place_x(range.high_deg));
+        let (from, to) = (panel.pixel_x(range.low_deg), panel.pixel_x(range.high_deg));
         let _ = writeln!(
             svg,
             "<rect x=\"{from:.1}\" y=\"{}\" width=\"{:.1}\" height=\"{}\" fill=\"#eee\"/>",
@@ -63,8 +63,8 @@ fn bars(panel: &Panel, bins: &[u64], color: &str) -> String {
     let width = panel.width / N_ANGLE_BINS as f64;
     for (degree, &count) in bins.iter().enumerate().filter(|(_, count)| **count > 0) {
         let (x, y) = (
-            panel.place_x(degree as f64),
-            panel.place_y((count as f64).log10()),
+            panel.pixel_x(degree as f64),
+            panel.pixel_y((count as f64).log10()),
         );
         let _ = write!(path, "M{x:.1} {bottom:.1}V{y:.1}h{width:.2}V{bottom:.1}z");
     }

@@ -35,13 +35,13 @@ pub struct Panel {
 impl Panel {
     /// The distance of a value from the left side of the picture, in pixels.
     #[must_use]
-    pub fn place_x(&self, value: f64) -> f64 {
+    pub fn pixel_x(&self, value: f64) -> f64 {
         self.left + self.width * (value - self.x.0) / (self.x.1 - self.x.0)
     }
 
     /// The distance of a value from the upper side of the picture, in pixels.
     #[must_use]
-    pub fn place_y(&self, value: f64) -> f64 {
+    pub fn pixel_y(&self, value: f64) -> f64 {
         self.top + self.height * (1.0 - (value - self.y.0) / (self.y.1 - self.y.0))
     }
 
@@ -58,7 +58,7 @@ impl Panel {
     /// A tick with its label below the horizontal axis.
     #[must_use]
     pub fn tick_x(&self, value: f64, label: &str) -> String {
-        let (x, bottom) = (self.place_x(value), self.top + self.height);
+        let (x, bottom) = (self.pixel_x(value), self.top + self.height);
         format!(
             "<path d=\"M{x:.1} {bottom:.1}v5\" stroke=\"#888\"/><text x=\"{x:.1}\" y=\"{:.1}\" \
              text-anchor=\"middle\">{label}</text>\n",
@@ -69,7 +69,7 @@ impl Panel {
     /// A tick with its label next to the vertical axis.
     #[must_use]
     pub fn tick_y(&self, value: f64, label: &str) -> String {
-        let y = self.place_y(value);
+        let y = self.pixel_y(value);
         format!(
             "<path d=\"M{:.1} {y:.1}h-5\" stroke=\"#888\"/><text x=\"{:.1}\" y=\"{:.1}\" \
              text-anchor=\"end\">{label}</text>\n",
@@ -84,7 +84,7 @@ impl Panel {
     pub fn line(&self, points: &[(f64, f64)], style: &str) -> String {
         let mut line = String::from("<polyline fill=\"none\" points=\"");
         for &(x, y) in points {
-            let _ = write!(line, "{:.1},{:.1} ", self.place_x(x), self.place_y(y));
+            let _ = write!(line, "{:.1},{:.1} ", self.pixel_x(x), self.pixel_y(y));
         }
         let _ = writeln!(line, "\" {style}/>");
         line

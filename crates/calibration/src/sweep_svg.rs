@@ -81,7 +81,7 @@ fn panel(statistic: &Statistic, rows: &[SweepRow], x: (f64, f64), left: f64) -> 
         &format!("stroke=\"{}\" stroke-width=\"1.5\"", COLORS[0]),
     ));
     for &(theta, mean) in &means {
-        let (x, y) = (panel.place_x(theta), panel.place_y(mean));
+        let (x, y) = (panel.pixel_x(theta), panel.pixel_y(mean));
         let _ = writeln!(
             svg,
             "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"2.5\" fill=\"{}\"/>",
@@ -102,7 +102,7 @@ fn band(panel: &Panel, values: &[(f64, Quartiles)]) -> String {
     let lower = values.iter().rev().map(|(theta, of)| (*theta, of.lower));
     let corners: Vec<String> = upper
         .chain(lower)
-        .map(|(x, y)| format!("{:.1},{:.1}", panel.place_x(x), panel.place_y(y)))
+        .map(|(x, y)| format!("{:.1},{:.1}", panel.pixel_x(x), panel.pixel_y(y)))
         .collect();
     format!(
         "<polygon points=\"{}\" fill=\"{}\" fill-opacity=\"0.15\"/>\n",

@@ -81,7 +81,7 @@ impl CalibrationTables {
 
     fn push_range(&self, text: &mut String) {
         let (theta, tolerance) = (self.settings.theta_deg, 100.0 * self.settings.tolerance);
-        let told = |range: &StableRange| {
+        let range_text = |range: &StableRange| {
             let StableRange {
                 low_deg,
                 high_deg,
@@ -97,8 +97,10 @@ impl CalibrationTables {
             text,
             "\nRanges of θ in 1–45° over which the partition of at most {tolerance} % of the shapes changes:\n\n\
              - widest, the suggested one: {}\n- widest around {theta}°: {}",
-            self.stable_range.as_ref().map_or_else(none, told),
-            self.range_around_theta.as_ref().map_or_else(none, told)
+            self.stable_range.as_ref().map_or_else(none, range_text),
+            self.range_around_theta
+                .as_ref()
+                .map_or_else(none, range_text)
         );
     }
 

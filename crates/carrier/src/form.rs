@@ -208,7 +208,7 @@ mod tests {
     }
 
     #[test]
-    fn sheets_of_other_forms_are_told_apart() {
+    fn sheets_of_other_forms_are_distinguished() {
         let forms = [
             form(&sheet(|_, _| 0.0)),
             form(&sheet(|x, _| 0.1 * (6.3 * x).sin())),

@@ -97,7 +97,7 @@ impl BackboneArgs {
     }
 
     /// The backbone of the same name in another run folder or file.
-    pub(crate) fn in_another_place(&self, run: &Path) -> Self {
+    pub(crate) fn in_other_run(&self, run: &Path) -> Self {
         if run.is_file() {
             return Self {
                 run: run.to_owned(),

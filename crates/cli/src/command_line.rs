@@ -63,9 +63,9 @@ pub(crate) fn command_line() -> Command {
 
 /// The largest number of columns of a line of help.
 fn width() -> usize {
-    let stated = env::var("COLUMNS").ok().and_then(|text| text.parse().ok());
+    let columns = env::var("COLUMNS").ok().and_then(|text| text.parse().ok());
     let of_terminal = || terminal_size::terminal_size().map(|(width, _)| usize::from(width.0));
-    let width: usize = stated.or_else(of_terminal).unwrap_or(DEFAULT_WIDTH);
+    let width: usize = columns.or_else(of_terminal).unwrap_or(DEFAULT_WIDTH);
     width.clamp(40, MAX_WIDTH)
 }
 

@@ -119,7 +119,7 @@ pub fn main() -> ExitCode {
             return ExitCode::SUCCESS;
         }
         // An interruption by the user is not an error.
-        let prefix = if interrupt::was_asked() {
+        let prefix = if interrupt::was_requested() {
             ""
         } else {
             "error: "
@@ -131,7 +131,7 @@ pub fn main() -> ExitCode {
 
 /// The exit code: 130 if the user stopped the work, 2 for a wrong call, and 1 for any other error.
 fn exit_code(error: &anyhow::Error) -> u8 {
-    if interrupt::was_asked() {
+    if interrupt::was_requested() {
         interrupt::EXIT_CODE
     } else if usage::is_usage_error(error) {
         2

@@ -210,7 +210,7 @@ impl ShapeArgs {
         if !unlabeled.is_empty() {
             sources.label(&unlabeled, scratch, &config, self.n_threads(), interrupt)?;
         }
-        sources.refuse_twins()?;
+        sources.refuse_equal_ids()?;
         ensure!(
             !sources.shapes.is_empty(),
             "no shape has a carrier{}",
@@ -385,7 +385,7 @@ impl ShapeInputs {
     }
 
     /// Refuses equal ids. Ids are the names of files, so two files with the same name would overwrite each other.
-    fn refuse_twins(&self) -> Result<()> {
+    fn refuse_equal_ids(&self) -> Result<()> {
         let mut seen = BTreeSet::new();
         for shape in &self.shapes {
             ensure!(

@@ -244,14 +244,14 @@ impl<'a> Lloyd<'a> {
         let mut nearest = self.own(row);
         let mut is_exact = false;
         for j in 0..k {
-            if j == nearest || self.is_ruled_out(row, j, nearest, gaps) {
+            if j == nearest || self.cannot_be_nearer(row, j, nearest, gaps) {
                 continue;
             }
             if !is_exact {
                 self.upper[row] = self.distance(row, nearest);
                 self.lower[row * k + nearest] = self.upper[row];
                 is_exact = true;
-                if self.is_ruled_out(row, j, nearest, gaps) {
+                if self.cannot_be_nearer(row, j, nearest, gaps) {
                     continue;
                 }
             }
@@ -268,7 +268,7 @@ impl<'a> Lloyd<'a> {
 
     /// Whether the bounds prove that center `j` is not nearer to the row than center `nearest` (lemma 1 of Elkan 2003).
     #[inline(always)]
-    fn is_ruled_out(&self, row: usize, j: usize, nearest: usize, gaps: &[f32]) -> bool {
+    fn cannot_be_nearer(&self, row: usize, j: usize, nearest: usize, gaps: &[f32]) -> bool {
         let upper = self.upper[row];
         upper <= self.lower[row * self.k + j] || upper <= gaps[nearest * self.k + j]
     }

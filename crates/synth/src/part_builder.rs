@@ -88,7 +88,7 @@ impl PartBuilder {
     }
 
     /// The number of STEP parts that are missing to the target. Every face counts as one part.
-    pub(crate) fn wanted(&self) -> u32 {
+    pub(crate) fn n_missing_parts(&self) -> u32 {
         self.target
             .saturating_sub(u32::try_from(self.shell.faces.len()).unwrap_or(u32::MAX))
     }

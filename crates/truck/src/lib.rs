@@ -31,7 +31,7 @@
 mod agreement;
 #[cfg(feature = "truck")]
 mod dihedral;
-mod lost_entity;
+mod dropped_entity;
 #[cfg(feature = "truck")]
 mod reading;
 mod rewriting;
@@ -43,7 +43,7 @@ mod tessellation;
 mod truck_shape;
 
 pub use agreement::{KernelAgreement, Reading};
-pub use lost_entity::{DroppedEntity, DroppedKind};
+pub use dropped_entity::{DroppedEntity, DroppedKind};
 pub use rewriting::rewritten;
 pub use shape::shape;
 pub use truck_shape::{TruckError, TruckSettings, TruckShape};

@@ -1,7 +1,7 @@
 //! Reads a text with truck: shells with their meshes, edges and dihedral angles. Lengths are in millimeters.
 
 use crate::dihedral::dihedral_deg;
-use crate::lost_entity::{DroppedEntity, DroppedKind};
+use crate::dropped_entity::{DroppedEntity, DroppedKind};
 use crate::rewriting::rewritten;
 use crate::source::{SourceFace, SourceShell, source_shells};
 use crate::tessellation::{diagonal, edge_length, meshes_of};

@@ -4,7 +4,7 @@
 //! truck's own conversion forgets `#` numbers and does not report what it cannot convert. This module
 //! repeats truck's walk, so that the faces get their `#` numbers and the dropped entities are named.
 
-use crate::lost_entity::{DroppedEntity, DroppedKind};
+use crate::dropped_entity::{DroppedEntity, DroppedKind};
 use partprobe_shape::FaceType;
 use std::collections::{BTreeMap, BTreeSet};
 use std::panic::{AssertUnwindSafe, catch_unwind};

@@ -24,7 +24,7 @@ pub(crate) fn meshes_of(shell: &TruckShell, chord: f64) -> Vec<Result<PolygonMes
     shell
         .faces
         .iter()
-        .map(|face| mesh_alone(shell, face, chord))
+        .map(|face| mesh_separately(shell, face, chord))
         .collect()
 }
 
@@ -34,7 +34,7 @@ fn meshed(shell: &TruckShell, chord: f64) -> Option<Vec<Result<PolygonMesh, &'st
     Some(faces.into_iter().map(checked).collect())
 }
 
-fn mesh_alone(
+fn mesh_separately(
     shell: &TruckShell,
     face: &CompressedFace<Surface>,
     chord: f64,

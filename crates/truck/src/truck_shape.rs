@@ -1,6 +1,6 @@
 //! Defines the settings of the kernel, its result, and its errors.
 
-use crate::lost_entity::DroppedEntity;
+use crate::dropped_entity::DroppedEntity;
 use partprobe_shape::{FaceGraph, Mesh};
 
 /// The units of the file, which truck does not read, and the fineness of the mesh.

@@ -1,6 +1,6 @@
 //! Projects points onto extrusions and surfaces of revolution, by a search along their curve.
 
-use super::gauss_newton::BELIEVED;
+use super::gauss_newton::ON_SURFACE;
 use super::linear::along;
 use super::nearest::{follow_seed, nearest_parameter, squared};
 use super::types::{Curve, Frame};
@@ -202,7 +202,7 @@ pub(super) fn near_seed(
         || curve
             .range()
             .is_none_or(|(low, high)| t >= low && t <= high);
-    (inside && squared_distance.sqrt() <= BELIEVED * size).then_some(t)
+    (inside && squared_distance.sqrt() <= ON_SURFACE * size).then_some(t)
 }
 
 /// The direction in which a meridian leaves the axis. Returns `None` if they do not lie in one plane.

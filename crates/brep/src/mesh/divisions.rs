@@ -98,7 +98,7 @@ impl Divisions {
         }
         // A point of the edge may already be near the vertex. Then that point moves onto the vertex, because its sides still
         // cross those of the other boundary.
-        if let Some(i) = self.met_inside(points, parameter, SAME * span, vertex) {
+        if let Some(i) = self.inner_point_at(points, parameter, SAME * span, vertex) {
             let new = DivisionPoint {
                 parameter: points.parameters[i],
                 at: Some(vertex),
@@ -146,7 +146,7 @@ impl Divisions {
 
     /// The index of the inner point of an edge whose parameter differs from the vertex's by at most `same`, or that is at the
     /// vertex.
-    fn met_inside(
+    fn inner_point_at(
         &self,
         points: &EdgePoints,
         parameter: f64,

@@ -164,11 +164,11 @@ fn runs_left(surface: &Surface, points: &[Point]) -> Option<bool> {
     for &point in points.iter().chain(points.first()) {
         let uv = projector.project(point, None).uv;
         let before = walk.last().copied().unwrap_or(uv);
-        let beside = |axis: usize| match period[axis] {
+        let nearest_copy = |axis: usize| match period[axis] {
             Some(period) => uv[axis] + ((before[axis] - uv[axis]) / period).round() * period,
             None => uv[axis],
         };
-        walk.push([beside(0), beside(1)]);
+        walk.push([nearest_copy(0), nearest_copy(1)]);
     }
     let (first, last) = (*walk.first()?, *walk.last()?);
     let winds = |axis: usize| {

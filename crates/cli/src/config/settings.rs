@@ -404,7 +404,7 @@ mod tests {
     }
 
     #[test]
-    fn supervisions_are_references_unless_they_are_told_not_to_be() {
+    fn supervisions_are_references_unless_the_config_says_otherwise() {
         let arms = r#"compare.supervision=["brep-face","step-parts"]"#;
         let both = ["step-parts", "brep-face"];
         check(&[arms], &both, &both);

@@ -323,7 +323,7 @@ impl Producer<'_> {
         let (name, content) = match content {
             Ok(usable) => usable,
             Err(refusal) => {
-                if is_step(&given_name) || is_about_the_name(&refusal) {
+                if is_step(&given_name) || concerns_name(&refusal) {
                     self.refuse(archive, position, &given_name, refusal_outcome(&refusal))?;
                 } else {
                     walking.other_endings.add(&given_name);
@@ -414,7 +414,7 @@ fn is_step(name: &str) -> bool {
 }
 
 /// Whether a refusal is about the name. Such members are reported for any content.
-fn is_about_the_name(refusal: &Refusal) -> bool {
+fn concerns_name(refusal: &Refusal) -> bool {
     matches!(refusal, Refusal::UnsafeName(_) | Refusal::Nested)
 }
 

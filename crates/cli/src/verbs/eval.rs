@@ -59,8 +59,8 @@ pub(crate) fn eval(args: &EvalArgs) -> Result<ExitCode> {
 }
 
 /// Refuses new values of settings that influenced the training, because the run's config would then be wrong.
-fn refuse_new_settings(stored: &Config, asked: &Config) -> Result<()> {
-    let fixed: Vec<String> = differences(stored, asked)
+fn refuse_new_settings(stored: &Config, requested: &Config) -> Result<()> {
+    let fixed: Vec<String> = differences(stored, requested)
         .into_iter()
         .filter(|difference| !is_scoring(&difference.key))
         .map(|Difference { key, here, there }| {

@@ -1,6 +1,6 @@
 //! Runs `partprobe expect`: it derives bounds on scores from finished runs, for the `[expect]` table of a config.
 
-use crate::given_path::is_same_place;
+use crate::given_path::are_same_path;
 use crate::scored_run::ScoredRun;
 use crate::stdout::print_line;
 use crate::usage::UsageError;
@@ -44,7 +44,7 @@ pub(crate) fn expect(args: &ExpectArgs) -> Result<()> {
         ensure!(
             !args.runs[..idx]
                 .iter()
-                .any(|earlier| is_same_place(earlier, path)),
+                .any(|earlier| are_same_path(earlier, path)),
             UsageError(format!("{} is given twice", path.display()))
         );
         add_run(&ScoredRun::read(path)?, &mut means);

@@ -96,9 +96,9 @@ impl MarkChoice {
 
     fn only_candidate<'a>(&self, marked: &'a MarkedMesh) -> Result<&'a Mark, String> {
         let (labels, others) = candidates(&marked.marks);
-        let among = if labels.is_empty() { others } else { labels };
+        let remaining = if labels.is_empty() { others } else { labels };
         let mut dividing: Vec<(&Mark, Vec<i32>)> = Vec::new();
-        for mark in &among {
+        for mark in &remaining {
             let labels = numbered(&self.labels_of(mark, &marked.mesh)?);
             if labels.iter().any(|&label| label != labels[0]) {
                 dividing.push((mark, labels));
@@ -106,7 +106,7 @@ impl MarkChoice {
         }
 
         let Some((first, division)) = dividing.first() else {
-            let undivided = among.first().copied();
+            let undivided = remaining.first().copied();
             return undivided.ok_or_else(|| {
                 format!(
                     "nothing in the file is known as a label; it has {}; name a property with the key `labels_from`",

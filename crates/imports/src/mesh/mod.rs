@@ -221,7 +221,7 @@ impl MeshLabels {
         labels: &str,
         bytes: &mut Vec<u8>,
     ) -> Result<Option<Mesh>, JoinProblem> {
-        let path = match (&self.meshes, layout::mesh_beside(labels)) {
+        let path = match (&self.meshes, layout::mesh_next_to(labels)) {
             (Some(meshes), _) => match meshes.of_shape(id) {
                 Ok(found) => one_path(&found)?,
                 Err(JoinProblem::NoLabels) => {
@@ -269,7 +269,7 @@ impl Import for MeshLabels {
             by += ", ";
             by += &note;
         }
-        Ok(joined.with_way(by))
+        Ok(joined.with_join_text(by))
     }
 
     fn entries(&self) -> Result<Vec<String>, ImportError> {

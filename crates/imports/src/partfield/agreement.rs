@@ -63,7 +63,7 @@ mod tests {
     }
 
     #[test]
-    fn equal_labelings_agree_and_one_label_says_nothing() {
+    fn equal_labelings_agree_and_a_single_label_is_not_informative() {
         check([0, 0, 1, 1], [5, 5, 2, 2], Some(1.0));
         check([3, 3, 3, 3], [0, 0, 0, 0], Some(1.0));
         check([3, 3, 3, 3], [0, 0, 1, 1], Some(0.0));

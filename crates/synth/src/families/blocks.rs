@@ -88,7 +88,10 @@ pub(super) fn knob(builder: &mut PartBuilder) {
         let socket = draw_hole(builder, &end, 0.4 * inner);
         socket.place(&mut builder.shell, &end, [0.0; 2]);
     }
-    if let Some(top) = block.top_host(&plane).filter(|_| builder.wanted() > 1) {
+    if let Some(top) = block
+        .top_host(&plane)
+        .filter(|_| builder.n_missing_parts() > 1)
+    {
         let top = Host {
             depth: 0.4 * height,
             through: None,
@@ -178,7 +181,7 @@ impl EnclosureShape {
         );
         let mut hole = None;
         for center in centers {
-            if builder.wanted() < 2 {
+            if builder.n_missing_parts() < 2 {
                 break;
             }
             let Some(top) = standoff.place(&mut builder.shell, floor, center) else {
@@ -239,11 +242,11 @@ pub(super) fn manifold(builder: &mut PartBuilder) {
     let first = builder.count(0, 4) as usize;
     hosts.rotate_left(first);
     for (host, [width, height]) in hosts {
-        if builder.wanted() > 2 {
+        if builder.n_missing_parts() > 2 {
             furnish(builder, &host, [reach; 2], [width - reach, height - reach]);
         }
     }
-    if builder.wanted() > 4 {
+    if builder.n_missing_parts() > 4 {
         add_feet(builder, &block.bottom_host(&plane), size);
     }
 }

@@ -80,7 +80,7 @@ pub(super) fn bracket(builder: &mut PartBuilder) {
         margin,
     };
     furnish_leg(builder, &profile, inner_foot, walls, bend.max(fillet));
-    if builder.wanted() > 2 {
+    if builder.n_missing_parts() > 2 {
         furnish_leg(builder, &profile, inner_leg, walls, bend.max(fillet));
     }
 }

@@ -42,7 +42,7 @@ pub(super) fn furnish(builder: &mut PartBuilder, host: &Host, low: Planar, high:
     let (centers, room) = cells(low, high, [nx, ny]);
     let repeated = builder.chance(0.6).then(|| draw_any(builder, host, room));
     for center in centers {
-        if builder.wanted() < 2 {
+        if builder.n_missing_parts() < 2 {
             break;
         }
         if builder.chance(0.85) {
@@ -50,7 +50,9 @@ pub(super) fn furnish(builder: &mut PartBuilder, host: &Host, low: Planar, high:
                 .clone()
                 .unwrap_or_else(|| draw_any(builder, host, room));
             let floor = feature.place(&mut builder.shell, host, center);
-            if let Some(floor) = floor.filter(|_| repeated.is_none() && builder.wanted() > 2) {
+            if let Some(floor) =
+                floor.filter(|_| repeated.is_none() && builder.n_missing_parts() > 2)
+            {
                 pierce(builder, &floor, 0.9 * feature.end_room());
             }
         }
@@ -153,7 +155,7 @@ pub(super) fn ribbed_plate(builder: &mut PartBuilder) {
     for i in 0..n_ribs {
         let left = bay * f64::from(i);
         feature.place(&mut builder.shell, &host, [left + 0.3 * bay, depth / 2.0]);
-        if builder.wanted() > 1 {
+        if builder.n_missing_parts() > 1 {
             let y = builder.length(hole_room + 1.0, depth - hole_room - 1.0);
             hole.place(&mut builder.shell, &host, [left + 0.75 * bay, y]);
         }
@@ -220,7 +222,7 @@ pub(super) fn link(builder: &mut PartBuilder) {
         let hole = draw_hole(builder, &eye, 0.9 * room);
         hole.place(&mut builder.shell, &eye, [0.0; 2]);
     }
-    if builder.wanted() > 3 {
+    if builder.n_missing_parts() > 3 {
         let (from, to) = (1.15 * large, distance - 1.3 * small);
         let half = builder.fraction(0.3, 0.6) * small;
         if to - from > 3.0 * half {

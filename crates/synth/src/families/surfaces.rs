@@ -45,7 +45,7 @@ pub(super) fn dome(builder: &mut PartBuilder) {
     let Some(top) = block.top_host(&plane) else {
         return;
     };
-    if builder.wanted() > 2 {
+    if builder.n_missing_parts() > 2 {
         // The hole is near the start of the bar, which is as high as `base`. Its end may be only 2 mm high.
         let host = Host {
             plane: top.plane,

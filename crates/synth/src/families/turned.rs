@@ -30,7 +30,7 @@ pub(super) fn shaft(builder: &mut PartBuilder) {
         depth: 6.0,
         ..block.bottom_host(&plane)
     };
-    if has_center_hole && builder.wanted() > 1 {
+    if has_center_hole && builder.n_missing_parts() > 1 {
         let hole = draw_hole(builder, &host, 0.6 * base);
         hole.place(&mut builder.shell, &host, [0.0; 2]);
     }
@@ -140,7 +140,7 @@ pub(super) fn cup(builder: &mut PartBuilder) {
     let plane = builder.plane;
     let block = builder.block(&plane, &builder.round(radius), &path);
     let Some(face) = block.top else { return };
-    if builder.wanted() > 1 && builder.chance(0.7) {
+    if builder.n_missing_parts() > 1 && builder.chance(0.7) {
         let host = Host {
             plane: plane.lifted(floor),
             face,
@@ -222,7 +222,7 @@ pub(super) fn vase(builder: &mut PartBuilder) {
     };
     let hole = draw_hole(builder, &top, room);
     hole.place(&mut builder.shell, &top, [0.0; 2]);
-    if builder.wanted() > 1 {
+    if builder.n_missing_parts() > 1 {
         let bottom = Host {
             depth: 0.3 * host.depth,
             ..block.bottom_host(&plane)

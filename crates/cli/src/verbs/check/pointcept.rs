@@ -61,7 +61,7 @@ pub(super) fn check_pointcept(args: &PointceptArgs) -> Result<()> {
                 .map(|problem| format!("{}: {problem}", shape.place())),
         );
     }
-    problems.extend(twins(&shapes, &checked));
+    problems.extend(shapes_on_two_sides(&shapes, &checked));
     problems.extend(against_list(&args.folder, &shapes)?);
     problems.iter().try_for_each(print_line)?;
     let count = |side: &str| shapes.iter().filter(|shape| shape.side == side).count();
@@ -167,7 +167,7 @@ fn check_shape(shape: &Shape, n_classes: u16) -> ShapeCheck {
 }
 
 /// Shapes on two sides with the same name or the same points.
-fn twins(shapes: &[Shape], checked: &[ShapeCheck]) -> Vec<String> {
+fn shapes_on_two_sides(shapes: &[Shape], checked: &[ShapeCheck]) -> Vec<String> {
     let mut problems = Vec::new();
     let mut first_of_name: BTreeMap<&str, &Shape> = BTreeMap::new();
     let mut first_of_hash: BTreeMap<[u8; 32], &Shape> = BTreeMap::new();

@@ -112,7 +112,7 @@ fn backbone_of(
     ensure_preparation(&args.execution.set, &[])?;
     let set = [model.set.as_slice(), &args.execution.set].concat();
     let backbone: BackboneArgs = match &args.model {
-        Some(path) => model.backbone.in_another_place(path),
+        Some(path) => model.backbone.in_other_run(path),
         None => model.backbone.clone(),
     };
     let sha256 = backbone

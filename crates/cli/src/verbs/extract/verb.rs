@@ -3,7 +3,7 @@
 use super::compare::{InstanceReading, at_chord_of};
 use crate::config;
 use crate::counted::counted;
-use crate::given_path::is_same_place;
+use crate::given_path::are_same_path;
 use crate::label::step_text;
 use crate::stderr;
 use crate::stdout::print_line;
@@ -69,7 +69,7 @@ pub(crate) fn extract(args: &ExtractArgs) -> Result<()> {
         .measure_settings();
     let is_stdout = args.out.as_os_str() == "-";
     ensure!(
-        is_stdout || !is_same_place(&args.file, &args.out),
+        is_stdout || !are_same_path(&args.file, &args.out),
         UsageError(format!(
             "{} is the file that is cut; choose another -o",
             args.out.display()

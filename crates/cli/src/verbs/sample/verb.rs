@@ -106,19 +106,19 @@ const MAX_WARNINGS: usize = 10;
 /// If the data are damaged, a source is unknown, true surfaces of a data set are requested, no shape could be sampled, a carrier
 /// of the data set is damaged, or a file cannot be written.
 pub(crate) fn sample(args: &SampleArgs) -> Result<()> {
-    let wanted = SurfaceRequest {
+    let requested = SurfaceRequest {
         project: args.project,
         attributes: args.attributes.clone(),
     };
-    let config = settings(args, &wanted)?;
+    let config = settings(args, &requested)?;
     let sampler = Sampler {
         args,
         sources: sources_named(&config, &args.sources).map_err(as_usage_error)?,
         given: sources_named(&config, &[GIVEN.to_owned()])?,
         config,
-        wanted,
+        requested,
     };
-    sampler.check_wanted()?;
+    sampler.check_requested()?;
     match args.data.as_slice() {
         [folder] if is_dataset(folder) => sampler.sample_dataset(folder),
         paths => sampler.sample_step_files(paths),
@@ -130,7 +130,7 @@ fn is_dataset(path: &Path) -> bool {
     path.join(INDEX_FILE).exists() || path.join(SETTINGS_FILE).exists()
 }
 
-fn settings(args: &SampleArgs, wanted: &SurfaceRequest) -> Result<Config> {
+fn settings(args: &SampleArgs, requested: &SurfaceRequest) -> Result<Config> {
     let mut overrides = args.set.clone();
     overrides.extend(
         args.n_points
@@ -143,7 +143,7 @@ fn settings(args: &SampleArgs, wanted: &SurfaceRequest) -> Result<Config> {
     }));
     overrides.extend(args.instances.then(|| "label.instances=true".to_owned()));
     let mut config = config::load(&args.config, &overrides)?.config;
-    if !wanted.is_nothing() {
+    if !requested.is_nothing() {
         // The search for the parameters of a point begins at those of the vertices.
         config.label.attributes.push(Attribute::Uv);
     }
@@ -160,13 +160,13 @@ struct Sampler<'a> {
     sources: Vec<BoxedSource>,
     /// The given labels, for shapes without a B-Rep.
     given: Vec<BoxedSource>,
-    wanted: SurfaceRequest,
+    requested: SurfaceRequest,
 }
 
 impl Sampler<'_> {
-    fn check_wanted(&self) -> Result<()> {
+    fn check_requested(&self) -> Result<()> {
         let beyond_ply = self
-            .wanted
+            .requested
             .attributes
             .iter()
             .any(|&attribute| attribute != Attribute::Normal);
@@ -177,7 +177,7 @@ impl Sampler<'_> {
             )
         );
         ensure!(
-            self.wanted.is_nothing() || self.config.label.kernel == Kernel::Own,
+            self.requested.is_nothing() || self.config.label.kernel == Kernel::Own,
             UsageError(
                 "--project and --attributes need partprobe's own kernel: label.kernel=own"
                     .to_owned()
@@ -194,7 +194,7 @@ impl Sampler<'_> {
             )
         );
         ensure!(
-            self.wanted.is_nothing(),
+            self.requested.is_nothing(),
             UsageError(
                 "a data set holds no surfaces: give the STEP files themselves to --project and --attributes, \
                  or take --normals analytic"
@@ -332,8 +332,8 @@ impl Sampler<'_> {
             attributes: SurfaceAttributes::default(),
             n_unprojected: 0,
         };
-        if let Some(brep) = brep.filter(|_| !self.wanted.is_nothing()) {
-            settled = settle(&mut sample, carrier, brep, &self.wanted);
+        if let Some(brep) = brep.filter(|_| !self.requested.is_nothing()) {
+            settled = settle(&mut sample, carrier, brep, &self.requested);
         }
         let (bytes, extension) = match self.args.format {
             SampleFormat::Npz => {
