@@ -116,8 +116,8 @@ fn weighted_points(cloud: &Mesh) -> Vec<WeightedTriangle> {
         .fold([0.0; 3], |sum, &point| add_scaled(sum, point, 1.0));
     let center = sum.map(|x| x / n);
     let squared = |point: &Point| {
-        let apart = subtract(*point, center);
-        dot(apart, apart)
+        let offset = subtract(*point, center);
+        dot(offset, offset)
     };
     let area = cloud.vertices.iter().map(squared).sum::<f64>() / (n * n);
     let weighted = |(&point, normal): (&Point, &[f32; 3])| WeightedTriangle {

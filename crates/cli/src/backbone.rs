@@ -134,7 +134,7 @@ impl BackboneArgs {
 
     /// The config and the weights of a run folder.
     fn weights_of_run(&self, overrides: &[String]) -> Result<(Config, Vec<u8>)> {
-        let folder = RunFolder::to_read(&self.run)?;
+        let folder = RunFolder::open_read_only(&self.run)?;
         let config = load(&folder.path("config.toml").to_string_lossy(), overrides)?.config;
         config.ensure_point_probe()?;
         let compare = &config.compare;

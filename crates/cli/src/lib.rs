@@ -1,15 +1,16 @@
 //! Implements the program `partprobe`: arguments, configs, processes, progress and printing. It only exports [`main`]. All
 //! reusable code is in the libraries that it calls.
 //!
-//! Results go to stdout, progress and warnings to stderr. Tables are Markdown, and aligned where stdout is a terminal. A verb ends with 0 (done), 1 (failed), 2 (usage) or 130 (stopped),
-//! and an error is printed once, here.
+//! Results go to stdout, progress and warnings to stderr. Tables are aligned if stdout is a terminal, and Markdown otherwise. The
+//! exit code of a verb is 0 (done), 1 (failed), 2 (wrong usage), 3 (a bound is missed) or 130 (stopped). An error is printed once,
+//! in this file.
 
 #![cfg_attr(
     not(feature = "train"),
     allow(
         dead_code,
         unused_imports,
-        reason = "what training alone uses stays next to what labeling uses"
+        reason = "code that only training uses is in the same modules as code that labeling uses"
     )
 )]
 

@@ -92,7 +92,7 @@ impl ChoiceArgs {
         };
         let mut fitting = Vec::new();
         for shape in shapes {
-            match self.misfit(shape) {
+            match self.reason_not_chosen(shape) {
                 Some(reason) => chosen.leave_out(reason, 1),
                 None => fitting.push(shape),
             }
@@ -105,7 +105,7 @@ impl ChoiceArgs {
         chosen
     }
 
-    fn misfit(&self, shape: &ShapeInput) -> Option<&'static str> {
+    fn reason_not_chosen(&self, shape: &ShapeInput) -> Option<&'static str> {
         let read = || shape.carrier().ok().map(|carrier| carrier.n_parts());
         // A carrier that cannot be read is kept, so that it is named later. A mesh or a cloud without given labels has no parts
         // to count, and is also kept.

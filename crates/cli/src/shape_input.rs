@@ -391,7 +391,7 @@ impl ShapeInputs {
             ensure!(
                 seen.insert(&shape.id),
                 UsageError(format!(
-                    "two shapes have the id `{}`; take them apart into two calls",
+                    "two shapes have the id `{}`; use two calls for them",
                     shape.id
                 ))
             );

@@ -132,7 +132,7 @@ fn a_killed_batch_is_resumed_to_the_same_bytes() {
         contents(&path.join("whole")),
         contents(&path.join("killed"))
     );
-    // A finished batch has nothing left to do, and other settings or inputs are told from it.
+    // A finished batch has nothing left to do, and other settings or inputs are refused.
     check(path, &arguments, 0, "");
     check(
         path,

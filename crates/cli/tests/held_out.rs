@@ -104,7 +104,7 @@ impl Fixture {
     }
 
     /// Puts another training, with all that it says of itself, in the place of the run's own.
-    fn take_over(&self, checkpoints: &str) {
+    fn replace_training(&self, checkpoints: &str) {
         for file in ["model.safetensors", "training.json"] {
             let from = self.path(checkpoints).join(file);
             fs::copy(from, self.path("run/checkpoints/step-parts-0").join(file)).unwrap();
@@ -478,7 +478,7 @@ fn a_backbone_that_has_seen_a_test_shape_is_refused() {
         .into_iter()
         .find(|id| test.contains(id))
         .unwrap();
-    fixture.take_over("other/checkpoints/step-parts-0");
+    fixture.replace_training("other/checkpoints/step-parts-0");
     fixture.check(
         &["eval", "run"],
         1,
@@ -525,7 +525,7 @@ fn a_backbone_that_has_seen_a_test_shape_is_refused() {
         0,
         "",
     );
-    fixture.take_over("elsewhere/checkpoints/step-parts-0");
+    fixture.replace_training("elsewhere/checkpoints/step-parts-0");
     fixture.check(&["eval", "run"], 1, "it was trained on");
 }
 
@@ -588,7 +588,7 @@ fn weights_that_would_make_a_comparison_unfair_start_no_training() {
         1,
         "train.init: nowhere.safetensors",
     );
-    // What can be told without the shapes leaves no folder behind.
+    // A mistake that is found without the shapes leaves no folder.
     for out in ["net", "none"] {
         assert!(!fixture.path(out).exists(), "{out}");
     }
@@ -913,14 +913,14 @@ fn a_backbone_at_the_path_of_another_is_refused() {
         fixture.read("run/checkpoints/step-parts-0/training.json"),
     );
     let place = fixture.path("run").join(WEIGHTS);
-    fixture.take_over("kmeans/checkpoints/normal-kmeans-20-0");
+    fixture.replace_training("kmeans/checkpoints/normal-kmeans-20-0");
     fixture.check(
         &["eval", "run"],
         1,
         "trained on `normal-kmeans-20` with seed 0, but its place is that of `step-parts`",
     );
     train("step-parts", "compare.seeds=[4]", "seeds");
-    fixture.take_over("seeds/checkpoints/step-parts-4");
+    fixture.replace_training("seeds/checkpoints/step-parts-4");
     fixture.check(
         &["eval", "run"],
         1,

@@ -1,5 +1,5 @@
-//! Tests the labeling half of the real program: batches with bad files in them, the same bytes for any number of workers,
-//! and what a person or a program is told.
+//! Tests how the real program labels files: batches with bad files, the same bytes for any number of workers, and the
+//! messages for people and programs.
 
 #![allow(
     clippy::unwrap_used,

@@ -1,5 +1,5 @@
-//! Tests what a person is told who makes a mistake: one line on stderr, the right exit code, and nothing left behind; and
-//! what becomes of work that cannot be written.
+//! Tests the messages for users who make a mistake: one line on stderr, the right exit code, and no files left behind. Also tests
+//! what happens to work that cannot be written.
 
 #![cfg(unix)]
 #![allow(

@@ -182,7 +182,7 @@ impl<'a> Projector<'a> {
         let best = if self.is_on_surface(best) {
             best
         } else {
-            self.nudged(p, best)
+            self.search_around(p, best)
         };
         let is_near = best.distance <= self.confirmed.get().max(SLOPPY * self.size_at(best));
         let best = if is_near {
@@ -196,7 +196,7 @@ impl<'a> Projector<'a> {
 
     /// Repeats the search from points near one where a tangent nearly vanishes, for example because poles coincide. The search
     /// stops at such a point.
-    fn nudged(&self, p: Point, stuck: Projection) -> Projection {
+    fn search_around(&self, p: Point, stuck: Projection) -> Projection {
         let extent = self.surface.extent();
         let reach = [0, 1].map(|axis| norm(stuck.tangents[axis]) * extent[axis]);
         let axis = usize::from(reach[1] < reach[0]);

@@ -8,7 +8,7 @@ use super::bands::Bands;
 use super::grid::{Candidate, candidates, pole_node};
 use super::layout::Layout;
 use super::plain_face::plain_triangulation;
-use super::triangulated::{ChartTriangulation, Node, boundary_sides, settled};
+use super::triangulated::{ChartTriangulation, Node, boundary_sides, without_tiny_coordinates};
 use super::unwrap::{UvLoop, UvPoint};
 use crate::geometry::Surface;
 use spade::handles::{
@@ -171,7 +171,7 @@ fn turn_of(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
 }
 
 fn chart_vertex([x, y]: [f64; 2], node: usize) -> ChartVertex {
-    let [x, y] = settled([x, y]);
+    let [x, y] = without_tiny_coordinates([x, y]);
     ChartVertex {
         position: Point2::new(x, y),
         node: node as u32,

@@ -162,7 +162,7 @@ fn forget(out: &Path, repeated: &[FileRecord], kept: Vec<FileRecord>) -> Result<
     for stale in [INDEX_FILE, TIMING_FILE]
         .map(str::to_owned)
         .into_iter()
-        .chain(written_for(repeated))
+        .chain(files_of_records(repeated))
     {
         remove_if_there(&out.join(stale))?;
     }
@@ -205,7 +205,7 @@ fn warn_of_damaged(reasons: &BTreeMap<String, String>) {
     }
 }
 
-fn written_for(records: &[FileRecord]) -> impl Iterator<Item = String> {
+fn files_of_records(records: &[FileRecord]) -> impl Iterator<Item = String> {
     records
         .iter()
         .flat_map(|record| &record.written)

@@ -101,7 +101,7 @@ impl RunFolder {
     ///
     /// # Errors
     /// If it holds no `config.toml`.
-    pub(crate) fn to_read(root: &Path) -> Result<Self> {
+    pub(crate) fn open_read_only(root: &Path) -> Result<Self> {
         ensure_is_run(root)?;
         Ok(Self {
             root: root.to_owned(),

@@ -115,7 +115,7 @@ fn with_again(run: &Path) -> PathBuf {
 
 /// The data set of the run, or nothing if the run generated its parts.
 fn data_of(path: &Path) -> Result<Vec<PathBuf>> {
-    let folder = RunFolder::to_read(path)?;
+    let folder = RunFolder::open_read_only(path)?;
     let config = load(&folder.path("config.toml").to_string_lossy(), &[])?.config;
     let data = remembered_data(&folder)?;
     let is_own = data.starts_with(folder.root());

@@ -151,7 +151,7 @@ fn zip_members_with_one_name_and_encrypted_ones_are_refused() {
     ]);
     let text = zip.escape_ascii().to_string().replace("a2.step", "a1.step");
     let repeated = unescaped(&text);
-    let duplicate = "0 a1.step ! 2 members have this name, and which is meant cannot be told";
+    let duplicate = "0 a1.step ! 2 members have this name, so it is not clear which one is meant";
     assert_eq!(
         walked(ArchiveKind::Zip, &repeated),
         [duplicate, "1 b.step = three"]

@@ -87,7 +87,7 @@ pub(super) fn join(
     if own.is_empty() {
         return Err(JoinProblem::NoLabels);
     }
-    let keyed = put_together(&own, scope, background);
+    let keyed = merged_entries(&own, scope, background);
     match (by, stored_keys) {
         (JoinBy::Auto, JoinBy::Auto) => by_any(faces, &keyed),
         (JoinBy::Auto, stored_keys) => joined_by(faces, &keyed, stored_keys)?.ensure_matched(),
@@ -137,7 +137,7 @@ fn name_a_face(keyed: &KeyedLabels, faces: &[Face]) -> bool {
     found.iter().flatten().any(|faces| !faces.is_empty())
 }
 
-fn put_together(
+fn merged_entries(
     entries: &[(usize, &KeyedLabels)],
     scope: Scope,
     background: Option<&str>,

@@ -139,9 +139,11 @@ fn open_mesh(context: &SourceContext) -> Result<Box<dyn Import>, ImportError> {
 }
 
 fn mark_choice(context: &SourceContext) -> Result<MarkChoice, ImportError> {
-    let wanted = context.parameter("labels_from");
+    let requested = context.parameter("labels_from");
     Ok(MarkChoice {
-        wanted: wanted.filter(|&title| title != "auto").map(str::to_owned),
+        requested: requested
+            .filter(|&title| title != "auto")
+            .map(str::to_owned),
         at_palette_limit: parameters::choice(
             context,
             "at_palette_limit",

@@ -58,8 +58,8 @@ mod tests {
         };
         let found = agreement_by_area(&mesh, &labels, &reference);
         assert_eq!(found.is_some(), expected.is_some());
-        let apart = found.unwrap_or_default() - expected.unwrap_or_default();
-        assert!(apart.abs() < 1e-12, "{found:?}");
+        let difference = found.unwrap_or_default() - expected.unwrap_or_default();
+        assert!(difference.abs() < 1e-12, "{found:?}");
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Runs `partprobe extract`.
 
-use super::compare::{InstanceReading, at_chord_of};
+use super::compare::{InstanceReading, with_chord_of};
 use crate::config;
 use crate::counted::counted;
 use crate::given_path::are_same_path;
@@ -146,7 +146,7 @@ impl<'a> Comparison<'a> {
             small.numbers.iter().map(|&(old, new)| (new, old)).collect();
         let before =
             InstanceReading::of(text, settings, |id| new_of.contains_key(&id).then_some(id));
-        let (at_chord, fraction) = at_chord_of(settings, &before, &small.text);
+        let (at_chord, fraction) = with_chord_of(settings, &before, &small.text);
         let after = InstanceReading::of(&small.text, &at_chord, |id| old_of.get(&id).copied());
         let is_other =
             |fraction: &f64| (fraction / settings.options.chord_fraction - 1.0).abs() > 1e-6;

@@ -1,6 +1,6 @@
 //! Defines the arguments of `sample`, and its loop over shapes.
 
-use super::true_surface::{SurfaceRequest, SurfaceResult, settle};
+use super::true_surface::{SurfaceRequest, SurfaceResult, project_points};
 use crate::config::{self, Attribute, Config, NormalConfig};
 use crate::counted::counted;
 use crate::damaged_carriers::{is_damaged_carrier, refuse_damaged_carriers};
@@ -328,12 +328,12 @@ impl Sampler<'_> {
     fn write_sample(&self, id: &str, carrier: &Carrier, brep: Option<&Brep>) -> Result<usize> {
         let sources = self.sources_of(carrier);
         let (mut sample, labels) = labeled_points(carrier, &self.config.sample, sources)?;
-        let mut settled = SurfaceResult {
+        let mut projected = SurfaceResult {
             attributes: SurfaceAttributes::default(),
             n_unprojected: 0,
         };
         if let Some(brep) = brep.filter(|_| !self.requested.is_nothing()) {
-            settled = settle(&mut sample, carrier, brep, &self.requested);
+            projected = project_points(&mut sample, carrier, brep, &self.requested);
         }
         let (bytes, extension) = match self.args.format {
             SampleFormat::Npz => {
@@ -342,7 +342,7 @@ impl Sampler<'_> {
                 (
                     sample_with_attributes_to_npz(
                         &sample,
-                        &settled.attributes,
+                        &projected.attributes,
                         &labels,
                         Compression::Stored,
                     )?,
@@ -366,7 +366,7 @@ impl Sampler<'_> {
             }
         };
         write_atomically(&self.args.out.join(format!("{id}.{extension}")), &bytes)?;
-        Ok(settled.n_unprojected)
+        Ok(projected.n_unprojected)
     }
 }
 
