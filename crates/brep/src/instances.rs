@@ -341,7 +341,7 @@ mod tests {
     }
 
     #[test]
-    fn every_occurrence_stands_in_its_point_with_its_path() {
+    fn every_occurrence_has_its_position_and_its_path() {
         let brep = pairs_of_cubes();
         let (shape, instances) = tessellate_instances(&brep, &TessellationOptions::default());
         assert_eq!(shape.graph.faces.len(), 24);

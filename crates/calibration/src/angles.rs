@@ -6,17 +6,19 @@ use std::collections::BTreeMap;
 /// The angles between faces of one primitive type, and the merges that they cause.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ShapeAngles {
-    /// Type and φ of every shared edge between two faces of one type; NaN where φ is undefined.
+    /// Type and φ of every shared edge between two faces of one type. φ is NaN if it is undefined.
     pub edges: Vec<(FaceType, f64)>,
-    /// The same for every pair of such faces, with the smallest φ of their shared edges: the one that the predicate asks.
+    /// Type and φ of every pair of such faces. φ is the smallest φ of their shared edges, which decides whether they are
+    /// joined.
     pub pairs: Vec<(FaceType, f64)>,
-    /// The thresholds at which two parts become one, ascending: a shape of F faces has F − (merges up to θ) parts at θ.
+    /// The thresholds at which two parts become one, ascending. At θ, a shape has as many parts as it has faces, minus the
+    /// number of merges up to θ.
     pub merges: Vec<f64>,
 }
 
 /// Collects the angles of a face graph.
 ///
-/// The merges are the edges of a minimal spanning forest by φ, so the partition at any θ changes at these alone.
+/// The merges are the edges of a minimum spanning forest, weighted by φ. The partition changes at no other threshold.
 /// Cost: `O(E log E)`.
 #[must_use]
 pub fn shape_angles(graph: &FaceGraph) -> ShapeAngles {
@@ -39,7 +41,7 @@ pub fn shape_angles(graph: &FaceGraph) -> ShapeAngles {
     }
 }
 
-/// Kruskal's walk: pairs by ascending φ; each that joins two parts is a merge.
+/// Kruskal's algorithm: visits the pairs by ascending φ. Each pair that joins two parts is a merge.
 fn merges(n_faces: usize, pairs: &BTreeMap<[u32; 2], f64>) -> Vec<f64> {
     let mut by_angle: Vec<_> = pairs.iter().filter(|(_, phi)| !phi.is_nan()).collect();
     by_angle.sort_by(|(_, a), (_, b)| a.total_cmp(b));

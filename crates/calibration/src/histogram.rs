@@ -1,29 +1,29 @@
-//! Counts of dihedral angles, by degree and by primitive type.
+//! Counts dihedral angles by degree and by primitive type.
 
 use crate::ShapeAngles;
 use partprobe_carrier::FaceType;
 use partprobe_sources::ANGLE_TIE_DEG;
 use serde::Serialize;
 
-/// Bins of one degree; the last holds 180° too.
+/// The number of bins, of one degree each. The last bin also contains 180°.
 pub const N_ANGLE_BINS: usize = 180;
-/// Angles below this count as seam-like, in degrees.
+/// Angles below this bound, in degrees, count as seam-like.
 const SEAM_LIKE_DEG: f64 = 0.5;
-/// The bounds of the mode of sharp edges, in degrees.
+/// The range, in degrees, of angles that count as right angles.
 const RIGHT_ANGLE_DEG: std::ops::RangeInclusive<f64> = 85.0..=95.0;
 
-/// How many angles there are, and how many of them are small.
+/// The number of angles, and how many of them are undefined, small or right.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct AngleCounts {
-    /// All, those without a defined φ included.
+    /// All angles, including those without a defined φ.
     pub n: u64,
-    /// Those without a defined φ.
+    /// Angles without a defined φ.
     pub n_undefined: u64,
-    /// Those of at most θ.
+    /// Angles of at most θ.
     pub n_within_theta: u64,
-    /// Those below 0.5°: faces that were cut rather than joined.
+    /// Angles below 0.5°. They occur where one surface was cut into several faces.
     pub n_seam_like: u64,
-    /// Those between 85° and 95°.
+    /// Angles between 85° and 95°.
     pub n_right: u64,
 }
 
@@ -37,13 +37,13 @@ impl AngleCounts {
         self.n_right += u64::from(RIGHT_ANGLE_DEG.contains(&phi));
     }
 
-    /// The part of all that is at most θ; 0 where there is none.
+    /// The fraction of the angles that are at most θ. Returns 0 if there are no angles.
     #[must_use]
     pub fn share_within_theta(&self) -> f64 {
         share(self.n_within_theta, self.n)
     }
 
-    /// The part of all between 85° and 95°; 0 where there is none.
+    /// The fraction of the angles between 85° and 95°. Returns 0 if there are no angles.
     #[must_use]
     pub fn share_right(&self) -> f64 {
         share(self.n_right, self.n)
@@ -56,24 +56,24 @@ pub struct TypeShare {
     /// The name of the type.
     #[serde(rename = "type")]
     pub face_type: &'static str,
-    /// Each shared edge once.
+    /// Counts each shared edge once.
     pub edges: AngleCounts,
-    /// Each pair of faces once, with its smallest angle.
+    /// Counts each pair of faces once, with its smallest angle.
     pub pairs: AngleCounts,
 }
 
 /// The distribution of φ over a corpus, for edges and for pairs of faces.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct AngleHistogram {
-    /// Edges by whole degrees.
+    /// Number of edges in each bin of one degree.
     pub edge_bins: Vec<u64>,
-    /// Pairs by whole degrees.
+    /// Number of pairs in each bin of one degree.
     pub pair_bins: Vec<u64>,
     /// All edges.
     pub edges: AngleCounts,
     /// All pairs.
     pub pairs: AngleCounts,
-    /// The same for each type, in the order of the types' codes.
+    /// The counts of each type, in the order of the types' codes.
     pub types: Vec<TypeShare>,
 }
 
@@ -120,7 +120,7 @@ impl Default for AngleHistogram {
     }
 }
 
-/// An undefined angle is in no bin.
+/// Adds an angle to its bin. An undefined angle is not counted.
 fn count(bins: &mut [u64], phi: f64) {
     if phi.is_finite() {
         bins[(phi.max(0.0) as usize).min(N_ANGLE_BINS - 1)] += 1;

@@ -1,4 +1,4 @@
-//! Plots the histogram of φ: edges and pairs of faces by degree, counts on a logarithmic axis.
+//! Plots the histogram of φ: the number of edges and of pairs of faces per degree, on a logarithmic axis.
 
 use crate::plot::{COLORS, Panel, opening, text};
 use crate::{CalibrationTables, N_ANGLE_BINS};
@@ -23,12 +23,12 @@ pub fn histogram_svg(tables: &CalibrationTables) -> String {
         width: 760.0,
         height: 300.0,
         x: (0.0, N_ANGLE_BINS as f64),
-        // A bar of one edge must be seen: the axis begins below one.
+        // The axis begins below one, so that a bar of a single edge is visible.
         y: (-0.3, decades),
     };
     let mut svg = opening(860.0, 420.0);
     if let Some(range) = &tables.stable_range {
-        let (from, to) = (panel.place_x(range.low_deg), panel.place_x(range.high_deg));
+        let (from, to) = (panel.pixel_x(range.low_deg), panel.pixel_x(range.high_deg));
         let _ = writeln!(
             svg,
             "<rect x=\"{from:.1}\" y=\"{}\" width=\"{:.1}\" height=\"{}\" fill=\"#eee\"/>",
@@ -56,22 +56,22 @@ pub fn histogram_svg(tables: &CalibrationTables) -> String {
     svg
 }
 
-/// One bar a degree; a degree without angles has none.
+/// One bar per degree. A degree without angles has no bar.
 fn bars(panel: &Panel, bins: &[u64], color: &str) -> String {
     let mut path = String::new();
     let bottom = panel.top + panel.height;
     let width = panel.width / N_ANGLE_BINS as f64;
     for (degree, &count) in bins.iter().enumerate().filter(|(_, count)| **count > 0) {
         let (x, y) = (
-            panel.place_x(degree as f64),
-            panel.place_y((count as f64).log10()),
+            panel.pixel_x(degree as f64),
+            panel.pixel_y((count as f64).log10()),
         );
         let _ = write!(path, "M{x:.1} {bottom:.1}V{y:.1}h{width:.2}V{bottom:.1}z");
     }
     format!("<path d=\"{path}\" fill=\"{color}\" fill-opacity=\"0.6\"/>\n")
 }
 
-/// The outline of the pairs, over the bars of the edges.
+/// The histogram of the pairs as an outline, drawn over the bars of the edges.
 fn steps(panel: &Panel, bins: &[u64]) -> String {
     let height = |count: u64| {
         if count > 0 {

@@ -1,8 +1,9 @@
 //! Measures what the dihedral angles of a corpus say about the threshold θ of its parts.
 //!
 //! Two adjacent faces of one primitive type belong to one part if their normals differ by at most θ along the shared edge
-//! (STEP-Parts, section 3). This crate does section 4.2 of that paper for any corpus: how the angles are distributed, what
-//! the parts are like at several thresholds, and between which thresholds hardly any shape changes.
+//! (STEP-Parts, section 3). This crate repeats the measurements of section 4.2 of that paper on any corpus. It measures
+//! the distribution of the angles, statistics of the parts at several thresholds, and the range of thresholds over which
+//! hardly any partition changes.
 //!
 //! ```
 //! use partprobe_calibration::{Calibration, CalibrationSettings, ShapeCalibration};
@@ -26,7 +27,7 @@
 //! ```
 //!
 //! Guarantees: the same shapes in the same order give the same bytes. Another order may change the last digits.
-//! Limits: parts are counted before small ones are absorbed. Nothing here reads a file, prints, or reads the clock.
+//! Limits: parts are counted before small parts are absorbed. The crate does not read files, print, or read the clock.
 
 mod angles;
 mod histogram;

@@ -1,13 +1,14 @@
 //! Computes the five statistics of one shape's parts at one threshold.
 //!
-//! The paper names them without formulas; these are ours, and the tables say so.
+//! The paper (STEP-Parts) names these statistics without formulas. The formulas here are our own.
 
 use partprobe_carrier::{
     Carrier, FaceGraph, FaceType, Mesh, Partition, Point, cross, dot, norm, subtract,
 };
 use partprobe_sources::partition_by_type_and_angle;
 
-/// Below this part of a part's area its normals cancel out, and no direction is its own.
+/// If the sum of a part's normals is below this fraction of its area, the normals cancel out and the part has no mean
+/// normal.
 const NO_DIRECTION: f64 = 1e-9;
 
 /// The parts of one shape in five numbers.
@@ -15,18 +16,19 @@ const NO_DIRECTION: f64 = 1e-9;
 pub struct PartStatistics {
     /// Number of parts, P.
     pub n_parts: u32,
-    /// Boundary sharpness, S: mean φ over the edges between two parts, weighted by length, in degrees; none without such edges.
+    /// Boundary sharpness, S: mean φ over the edges between two parts, weighted by length, in degrees. `None` if there are
+    /// no such edges.
     pub sharpness_deg: Option<f64>,
     /// Intra-part deviation, D: mean angle between a triangle's normal and its part's mean normal, weighted by area,
     /// in degrees. A part whose normals cancel out (a whole cylinder) counts 90°.
     pub deviation_deg: f64,
-    /// Part-size entropy, H = −Σ aₖ ln aₖ over the parts' shares of the area.
+    /// Part-size entropy, H = −Σ aₖ ln aₖ, where aₖ is the fraction of the area that belongs to part k.
     pub entropy: f64,
-    /// Number of parts of each primitive type, by code.
+    /// Number of parts of each primitive type, indexed by the type's code.
     pub components: [u32; FaceType::ALL.len()],
 }
 
-/// Measures the parts of a carrier at `theta_deg`, before small ones are absorbed.
+/// Measures the parts of a carrier at `theta_deg`, before small parts are absorbed.
 #[must_use]
 pub fn part_statistics(carrier: &Carrier, theta_deg: f64) -> PartStatistics {
     let graph = carrier.graph();
@@ -78,7 +80,7 @@ fn entropy(graph: &FaceGraph, partition: &Partition) -> f64 {
 }
 
 fn deviation(mesh: &Mesh, partition: &Partition) -> f64 {
-    // The vector product of two sides: the normal, twice as long as the area.
+    // The cross product of two sides is a normal whose length is twice the area.
     let normals: Vec<Point> = (0..mesh.triangles.len())
         .map(|triangle| {
             let [a, b, c] = mesh.corners(triangle);
@@ -118,7 +120,8 @@ mod tests {
     use partprobe_carrier::{CarrierMeta, Units};
     use partprobe_sources::StepParts;
 
-    /// Three unit squares: two at `tilt` degrees to each other, and a third, a "cylinder", at 90° to the second.
+    /// Three unit squares in a row. The second is tilted against the first by `tilt` degrees. The third has the type
+    /// cylinder and is at 90° to the second.
     fn strip(tilt: f64) -> Carrier {
         let (sin, cos) = tilt.to_radians().sin_cos();
         let quad = |from: [f64; 2], to: [f64; 2]| {
@@ -189,7 +192,7 @@ mod tests {
     #[test]
     fn statistics_have_their_closed_forms() {
         check(4.0, 3, 48.0, 0.0, &[1.0 / 3.0; 3]);
-        // The two joined squares lie 3° off their mean, the third has no deviation.
+        // The two joined squares are 3° off their mean normal, and the third has no deviation.
         check(8.0, 2, 90.0, 2.0, &[2.0 / 3.0, 1.0 / 3.0]);
     }
 }

@@ -1,11 +1,11 @@
-//! Draws what plots are made of: a frame with axes, and marks in it, as SVG text. The plots of other verbs use it too.
+//! Draws the elements of a plot as SVG text: a panel with axes, ticks, lines and text. Plots of other verbs use it, too.
 
 use std::fmt::Write as _;
 
-/// Blue and orange that most color-blind readers can tell apart on white.
+/// A blue and an orange that most color-blind readers can distinguish on white.
 pub const COLORS: [&str; 2] = ["#0072b2", "#d55e00"];
 
-/// The beginning of a picture of this size.
+/// The start of an SVG file of this size, in pixels.
 #[must_use]
 pub fn opening(width: f64, height: f64) -> String {
     format!(
@@ -15,7 +15,7 @@ pub fn opening(width: f64, height: f64) -> String {
     )
 }
 
-/// A rectangle of the picture, with the values that its sides stand for.
+/// A rectangle of the picture, and the values at its sides.
 #[derive(Clone, Copy, Debug)]
 pub struct Panel {
     /// Distance from the left side of the picture, in pixels.
@@ -33,15 +33,15 @@ pub struct Panel {
 }
 
 impl Panel {
-    /// Where a value lies, from the left.
+    /// The distance of a value from the left side of the picture, in pixels.
     #[must_use]
-    pub fn place_x(&self, value: f64) -> f64 {
+    pub fn pixel_x(&self, value: f64) -> f64 {
         self.left + self.width * (value - self.x.0) / (self.x.1 - self.x.0)
     }
 
-    /// Where a value lies, from the top.
+    /// The distance of a value from the upper side of the picture, in pixels.
     #[must_use]
-    pub fn place_y(&self, value: f64) -> f64 {
+    pub fn pixel_y(&self, value: f64) -> f64 {
         self.top + self.height * (1.0 - (value - self.y.0) / (self.y.1 - self.y.0))
     }
 
@@ -55,10 +55,10 @@ impl Panel {
         )
     }
 
-    /// A mark with its number below the horizontal axis.
+    /// A tick with its label below the horizontal axis.
     #[must_use]
     pub fn tick_x(&self, value: f64, label: &str) -> String {
-        let (x, bottom) = (self.place_x(value), self.top + self.height);
+        let (x, bottom) = (self.pixel_x(value), self.top + self.height);
         format!(
             "<path d=\"M{x:.1} {bottom:.1}v5\" stroke=\"#888\"/><text x=\"{x:.1}\" y=\"{:.1}\" \
              text-anchor=\"middle\">{label}</text>\n",
@@ -66,10 +66,10 @@ impl Panel {
         )
     }
 
-    /// A mark with its number next to the vertical axis.
+    /// A tick with its label next to the vertical axis.
     #[must_use]
     pub fn tick_y(&self, value: f64, label: &str) -> String {
-        let y = self.place_y(value);
+        let y = self.pixel_y(value);
         format!(
             "<path d=\"M{:.1} {y:.1}h-5\" stroke=\"#888\"/><text x=\"{:.1}\" y=\"{:.1}\" \
              text-anchor=\"end\">{label}</text>\n",
@@ -79,19 +79,19 @@ impl Panel {
         )
     }
 
-    /// A line through points given as values.
+    /// A line through points, which are given as values.
     #[must_use]
     pub fn line(&self, points: &[(f64, f64)], style: &str) -> String {
         let mut line = String::from("<polyline fill=\"none\" points=\"");
         for &(x, y) in points {
-            let _ = write!(line, "{:.1},{:.1} ", self.place_x(x), self.place_y(y));
+            let _ = write!(line, "{:.1},{:.1} ", self.pixel_x(x), self.pixel_y(y));
         }
         let _ = writeln!(line, "\" {style}/>");
         line
     }
 }
 
-/// Text that stands at a place of the picture.
+/// Text at a point of the picture, in pixels.
 #[must_use]
 pub fn text(x: f64, y: f64, attributes: &str, content: &str) -> String {
     format!("<text x=\"{x:.1}\" y=\"{y:.1}\" {attributes}>{content}</text>\n")

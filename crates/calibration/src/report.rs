@@ -1,4 +1,4 @@
-//! Turns the shapes of a corpus into its calibration tables.
+//! Computes the calibration tables of a corpus from its shapes.
 
 use crate::{
     AngleHistogram, PartStatistics, ShapeAngles, StableRange, part_statistics, shape_angles,
@@ -8,18 +8,18 @@ use partprobe_carrier::{Carrier, FaceType};
 use partprobe_sources::partition_by_type_and_angle;
 use serde::Serialize;
 
-/// What is asked of a corpus.
+/// The thresholds and the tolerance of a calibration.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CalibrationSettings {
-    /// The operating threshold, in degrees; shares and changes are counted against it.
+    /// The operating threshold, in degrees. Fractions and changes refer to it.
     pub theta_deg: f64,
     /// The thresholds of the sweep, in degrees.
     pub thetas_deg: Vec<f64>,
-    /// Share of the shapes whose partition may change inside the stable range.
+    /// Fraction of the shapes whose partition may change inside the stable range.
     pub tolerance: f64,
 }
 
-/// What one shape adds.
+/// The measurements of one shape.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ShapeCalibration {
     angles: ShapeAngles,
@@ -47,7 +47,7 @@ impl ShapeCalibration {
     }
 }
 
-/// A corpus, shape by shape.
+/// Collects the measurements of a corpus, shape by shape.
 #[derive(Clone, Debug)]
 pub struct Calibration {
     settings: CalibrationSettings,
@@ -81,7 +81,7 @@ impl Calibration {
         }
     }
 
-    /// The tables of all shapes so far.
+    /// The tables of all shapes that were added so far.
     #[must_use]
     pub fn tables(&self) -> CalibrationTables {
         let rows = self
@@ -115,20 +115,20 @@ impl Calibration {
     }
 }
 
-/// Everything that a corpus says about θ.
+/// The calibration tables of a corpus.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CalibrationTables {
-    /// What was asked.
+    /// The settings of the calibration.
     pub settings: CalibrationSettings,
-    /// Shapes that were measured.
+    /// Number of shapes that were measured.
     pub n_shapes: usize,
-    /// Shapes in which no threshold joins two faces.
+    /// Number of shapes in which no threshold joins two faces.
     pub n_shapes_without_merges: usize,
     /// The distribution of φ.
     pub histogram: AngleHistogram,
-    /// A row for each threshold of the sweep.
+    /// One row per threshold of the sweep.
     pub sweep: Vec<SweepRow>,
-    /// The widest range in which θ hardly matters.
+    /// The widest range of thresholds over which few partitions change.
     pub stable_range: Option<StableRange>,
     /// The widest such range around the operating threshold.
     pub range_around_theta: Option<StableRange>,
@@ -139,16 +139,16 @@ pub struct CalibrationTables {
 pub struct Quartiles {
     /// The mean.
     pub mean: f64,
-    /// A quarter of the shapes lies below.
+    /// A quarter of the values are below this one.
     pub lower: f64,
-    /// Half of the shapes lies below.
+    /// Half of the values are below this one.
     pub median: f64,
-    /// Three quarters of the shapes lie below.
+    /// Three quarters of the values are below this one.
     pub upper: f64,
 }
 
 impl Quartiles {
-    /// Of numbers in any order; zeros where there is none.
+    /// Computes the mean and the quartiles of numbers in any order. Returns zeros if there are no numbers.
     #[must_use]
     pub fn of(mut values: Vec<f64>) -> Self {
         values.sort_by(f64::total_cmp);
@@ -173,24 +173,24 @@ impl Quartiles {
     }
 }
 
-/// The shapes of the corpus at one threshold.
+/// Statistics of the corpus at one threshold.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SweepRow {
     /// The threshold, in degrees.
     pub theta_deg: f64,
-    /// Parts of a shape, P.
+    /// Number of parts of a shape, P.
     pub n_parts: Quartiles,
-    /// Boundary sharpness, S, in degrees, over the shapes that have two parts.
+    /// Boundary sharpness, S, in degrees, over the shapes that have a boundary between two parts.
     pub sharpness_deg: Quartiles,
     /// Intra-part deviation, D, in degrees.
     pub deviation_deg: Quartiles,
     /// Part-size entropy, H.
     pub entropy: Quartiles,
-    /// Mean number of parts of each primitive type a shape, by the type's code.
+    /// Mean number of parts per shape for each primitive type, indexed by the type's code.
     pub components: Vec<f64>,
-    /// Shapes whose partition differs from that at the operating threshold.
+    /// Number of shapes whose partition differs from that at the operating threshold.
     pub n_changed: usize,
-    /// The same as a share of the shapes.
+    /// The same number as a fraction of the shapes.
     pub changed: f64,
 }
 

@@ -3,29 +3,29 @@
 use partprobe_sources::ANGLE_TIE_DEG;
 use serde::Serialize;
 
-/// Thresholds that are tried, in degrees: the low-angle regime, above what tessellated and noisy files need.
+/// The lowest and the highest threshold that is tried, in degrees. Tessellated and noisy files need lower ones.
 const LOWEST_DEG: f64 = 1.0;
 const HIGHEST_DEG: f64 = 45.0;
-/// Distance of two thresholds that are tried, in degrees.
+/// The distance between neighboring thresholds that are tried, in degrees.
 const STEP_DEG: f64 = 0.5;
 
-/// Thresholds between which few partitions change.
+/// A range of thresholds over which few partitions change.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct StableRange {
     /// The lowest threshold of the range, in degrees.
     pub low_deg: f64,
     /// The highest threshold of the range, in degrees.
     pub high_deg: f64,
-    /// Share of the shapes whose partition at the highest differs from that at the lowest.
+    /// Fraction of the shapes whose partition at the highest threshold differs from that at the lowest.
     pub changed: f64,
 }
 
-/// The widest range between 1° and 45°, in steps of 0.5°, over which the partition of at most `tolerance` of the shapes
-/// changes; the lowest of them if several are equally wide, and `None` if even one step changes more.
-/// With `around_deg`, only ranges that contain this threshold count.
+/// Finds the widest range between 1° and 45°, in steps of 0.5°, over which the partition of at most the fraction
+/// `tolerance` of the shapes changes. If several ranges are equally wide, the lowest one is returned. Returns `None` if
+/// more partitions change over every single step. With `around_deg`, only ranges that contain this threshold count.
 ///
-/// `merges` holds the merges of each shape, ascending. A partition only grows coarser with θ, so it is the same at both
-/// ends of a range exactly if no merge lies between them. Cost: `O(shapes × thresholds²)` at worst.
+/// `merges` holds the merges of each shape, ascending. A partition only becomes coarser as θ grows, so it is the same
+/// at both ends of a range exactly if no merge lies between them. Cost: `O(shapes × thresholds²)` at worst.
 #[must_use]
 pub fn stable_range(
     merges: &[Vec<f64>],
@@ -52,7 +52,7 @@ pub fn stable_range(
     let mut high = 0;
     for low in 0..thresholds.len() {
         high = high.max(low);
-        // A range inside a stable one is stable, so the upper end never has to go back.
+        // Every range inside a stable range is stable, so `high` never has to decrease.
         while high + 1 < thresholds.len() && changed(low, high + 1) <= tolerance {
             high += 1;
         }
@@ -72,7 +72,7 @@ fn thresholds() -> impl Iterator<Item = f64> {
     (0..=n).map(|step| LOWEST_DEG + f64::from(step) * STEP_DEG)
 }
 
-/// How many merges there are up to each threshold.
+/// The number of merges up to each threshold.
 fn counts_at(merges: &[f64], thresholds: &[f64]) -> Vec<u32> {
     thresholds
         .iter()

@@ -1,11 +1,11 @@
-//! Plots the sweep over θ: a panel for each statistic, mean as a line and quartiles as a band, and one for changed
-//! partitions.
+//! Plots the sweep over θ. Each statistic has a panel with the mean as a line and the quartiles as a band. The last panel
+//! shows the fraction of changed partitions.
 
 use crate::plot::{COLORS, Panel, opening, text};
 use crate::{CalibrationTables, Quartiles, SweepRow};
 use std::fmt::Write as _;
 
-/// What a panel shows.
+/// The statistic that a panel shows.
 struct Statistic {
     title: &'static str,
     of: fn(&SweepRow) -> Quartiles,
@@ -40,7 +40,7 @@ pub fn sweep_svg(tables: &CalibrationTables) -> String {
     let mut svg = opening(STATISTICS.len() as f64 * 220.0 + 20.0, 260.0);
     let rows = &tables.sweep;
     if let (Some(first), Some(last)) = (rows.first(), rows.last()) {
-        // A single threshold has no range; it stands in the middle of one degree.
+        // A single threshold has no range, so the axis is one degree long with the threshold in its middle.
         let margin = if first.theta_deg < last.theta_deg {
             0.0
         } else {
@@ -81,7 +81,7 @@ fn panel(statistic: &Statistic, rows: &[SweepRow], x: (f64, f64), left: f64) -> 
         &format!("stroke=\"{}\" stroke-width=\"1.5\"", COLORS[0]),
     ));
     for &(theta, mean) in &means {
-        let (x, y) = (panel.place_x(theta), panel.place_y(mean));
+        let (x, y) = (panel.pixel_x(theta), panel.pixel_y(mean));
         let _ = writeln!(
             svg,
             "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"2.5\" fill=\"{}\"/>",
@@ -102,7 +102,7 @@ fn band(panel: &Panel, values: &[(f64, Quartiles)]) -> String {
     let lower = values.iter().rev().map(|(theta, of)| (*theta, of.lower));
     let corners: Vec<String> = upper
         .chain(lower)
-        .map(|(x, y)| format!("{:.1},{:.1}", panel.place_x(x), panel.place_y(y)))
+        .map(|(x, y)| format!("{:.1},{:.1}", panel.pixel_x(x), panel.pixel_y(y)))
         .collect();
     format!(
         "<polygon points=\"{}\" fill=\"{}\" fill-opacity=\"0.15\"/>\n",
@@ -111,7 +111,7 @@ fn band(panel: &Panel, values: &[(f64, Quartiles)]) -> String {
     )
 }
 
-/// A number that has no quartiles.
+/// A single number in the form of quartiles.
 fn single(value: f64) -> Quartiles {
     Quartiles {
         mean: value,

@@ -5,7 +5,7 @@ use partprobe_carrier::FaceType;
 use std::fmt::Write as _;
 
 impl CalibrationTables {
-    /// Shares by type, the sweep, and the stable range.
+    /// Formats the fractions by type, the sweep, and the stable range.
     #[must_use]
     pub fn to_markdown(&self) -> String {
         let mut text = format!(
@@ -81,7 +81,7 @@ impl CalibrationTables {
 
     fn push_range(&self, text: &mut String) {
         let (theta, tolerance) = (self.settings.theta_deg, 100.0 * self.settings.tolerance);
-        let told = |range: &StableRange| {
+        let range_text = |range: &StableRange| {
             let StableRange {
                 low_deg,
                 high_deg,
@@ -97,12 +97,14 @@ impl CalibrationTables {
             text,
             "\nRanges of θ in 1–45° over which the partition of at most {tolerance} % of the shapes changes:\n\n\
              - widest, the suggested one: {}\n- widest around {theta}°: {}",
-            self.stable_range.as_ref().map_or_else(none, told),
-            self.range_around_theta.as_ref().map_or_else(none, told)
+            self.stable_range.as_ref().map_or_else(none, range_text),
+            self.range_around_theta
+                .as_ref()
+                .map_or_else(none, range_text)
         );
     }
 
-    /// One line for each degree: the lower bound of the bin, edges, pairs.
+    /// Formats one line per degree: the lower bound of the bin, the number of edges, the number of pairs.
     #[must_use]
     pub fn histogram_csv(&self) -> String {
         let mut text = String::from("phi_from_deg,edges,pairs\n");
@@ -118,7 +120,7 @@ impl CalibrationTables {
         text
     }
 
-    /// One line for each threshold of the sweep; six decimals a number.
+    /// Formats one line per threshold of the sweep. Statistics have six decimals.
     #[must_use]
     pub fn sweep_csv(&self) -> String {
         let mut text = String::from("theta_deg,n_shapes,n_changed");
@@ -135,10 +137,10 @@ impl CalibrationTables {
         text
     }
 
-    /// Everything, in full precision.
+    /// Formats all tables in full precision.
     #[must_use]
     pub fn to_json(&self) -> String {
-        // Numbers, lists and text always serialize; the fallback keeps the function free of panics.
+        // Numbers, lists and text can always be serialized. The fallback only keeps the function free of panics.
         serde_json::to_string_pretty(self)
             .map(|json| json + "\n")
             .unwrap_or_default()

@@ -252,7 +252,7 @@ mod tests {
     }
 
     #[test]
-    fn other_proportions_are_told_apart() {
+    fn other_proportions_are_distinguished() {
         let of = |sides| Descriptor::of(&block(sides, 2)).unwrap();
         let cube = of([1.0; 3]);
         for (sides, least) in [

@@ -44,9 +44,9 @@ fn normal_of(points: &[Point], own: Point, around: &[u32]) -> Point {
     let center = sum.map(|x| x / n);
     let mut spread = [[0.0; 3]; 3];
     for point in all() {
-        let apart = subtract(point, center);
-        for (row, &x) in spread.iter_mut().zip(&apart) {
-            *row = [0, 1, 2].map(|axis| row[axis] + x * apart[axis]);
+        let offset = subtract(point, center);
+        for (row, &x) in spread.iter_mut().zip(&offset) {
+            *row = [0, 1, 2].map(|axis| row[axis] + x * offset[axis]);
         }
     }
     least_direction(spread)

@@ -116,8 +116,8 @@ fn weighted_points(cloud: &Mesh) -> Vec<WeightedTriangle> {
         .fold([0.0; 3], |sum, &point| add_scaled(sum, point, 1.0));
     let center = sum.map(|x| x / n);
     let squared = |point: &Point| {
-        let apart = subtract(*point, center);
-        dot(apart, apart)
+        let offset = subtract(*point, center);
+        dot(offset, offset)
     };
     let area = cloud.vertices.iter().map(squared).sum::<f64>() / (n * n);
     let weighted = |(&point, normal): (&Point, &[f32; 3])| WeightedTriangle {
@@ -208,7 +208,7 @@ mod tests {
     }
 
     #[test]
-    fn sheets_of_other_forms_are_told_apart() {
+    fn sheets_of_other_forms_are_distinguished() {
         let forms = [
             form(&sheet(|_, _| 0.0)),
             form(&sheet(|x, _| 0.1 * (6.3 * x).sin())),

@@ -91,12 +91,12 @@ impl<'a> NearestPoints<'a> {
             }
             let middle = first + (end - first) / 2;
             let point = self.order[middle];
-            let apart = subtract(self.points[point as usize], center);
+            let offset = subtract(self.points[point as usize], center);
             if Some(point) != left_out {
-                insert(&mut found, (dot(apart, apart), point), k);
+                insert(&mut found, (dot(offset, offset), point), k);
             }
 
-            let toward = apart[usize::from(self.axis[middle])];
+            let toward = offset[usize::from(self.axis[middle])];
             let far = least.max(toward * toward);
             let [low, high] = if toward >= 0.0 {
                 [least, far]
@@ -162,8 +162,8 @@ mod tests {
     /// The distances to the `k` nearest points, found by testing all points.
     fn distances_by_search(points: &[Point], own: usize, k: usize) -> Vec<f64> {
         let squared = |other: usize| {
-            let apart = subtract(points[other], points[own]);
-            dot(apart, apart)
+            let offset = subtract(points[other], points[own]);
+            dot(offset, offset)
         };
         let others = (0..points.len()).filter(|&other| other != own);
         let mut all: Vec<f64> = others.map(squared).collect();
@@ -190,8 +190,8 @@ mod tests {
                 let squared: Vec<f64> = neighbors
                     .iter()
                     .map(|&other| {
-                        let apart = subtract(points[other as usize], points[own]);
-                        dot(apart, apart)
+                        let offset = subtract(points[other as usize], points[own]);
+                        dot(offset, offset)
                     })
                     .collect();
                 prop_assert_eq!(squared, distances_by_search(&points, own, k));

@@ -19,7 +19,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_digits_are_those_of_the_standard() {
+    fn sha256_digits_are_those_of_the_standard() {
         let empty = "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855";
         assert_eq!(sha256_hex(b""), empty);
         assert_eq!(hexadecimal(&[0, 10, 255]), "000aff");

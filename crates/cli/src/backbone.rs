@@ -17,10 +17,10 @@ pub(crate) struct BackboneArgs {
     /// The run folder with the trained backbone, or a file of weights.
     #[arg(value_name = "RUN|WEIGHTS")]
     run: PathBuf,
-    /// Which backbone of the run; the config's first supervision if not given.
+    /// The supervision of the backbone, if the run has several; the config's first one if not given.
     #[arg(long, value_name = "SOURCE")]
     supervision: Option<String>,
-    /// Which training seed; the config's first if not given.
+    /// The seed of the training; the config's first one if not given.
     #[arg(long)]
     seed: Option<u64>,
 }
@@ -97,7 +97,7 @@ impl BackboneArgs {
     }
 
     /// The backbone of the same name in another run folder or file.
-    pub(crate) fn in_another_place(&self, run: &Path) -> Self {
+    pub(crate) fn in_other_run(&self, run: &Path) -> Self {
         if run.is_file() {
             return Self {
                 run: run.to_owned(),
@@ -134,7 +134,7 @@ impl BackboneArgs {
 
     /// The config and the weights of a run folder.
     fn weights_of_run(&self, overrides: &[String]) -> Result<(Config, Vec<u8>)> {
-        let folder = RunFolder::to_read(&self.run)?;
+        let folder = RunFolder::open_read_only(&self.run)?;
         let config = load(&folder.path("config.toml").to_string_lossy(), overrides)?.config;
         config.ensure_point_probe()?;
         let compare = &config.compare;

@@ -63,9 +63,9 @@ pub(crate) fn command_line() -> Command {
 
 /// The largest number of columns of a line of help.
 fn width() -> usize {
-    let stated = env::var("COLUMNS").ok().and_then(|text| text.parse().ok());
+    let columns = env::var("COLUMNS").ok().and_then(|text| text.parse().ok());
     let of_terminal = || terminal_size::terminal_size().map(|(width, _)| usize::from(width.0));
-    let width: usize = stated.or_else(of_terminal).unwrap_or(DEFAULT_WIDTH);
+    let width: usize = columns.or_else(of_terminal).unwrap_or(DEFAULT_WIDTH);
     width.clamp(40, MAX_WIDTH)
 }
 
@@ -73,7 +73,7 @@ fn width() -> usize {
 fn groups(command: &Command, width: usize) -> String {
     let about = |name: &str| {
         if name == "help" {
-            return Some("Print this text, or that of a verb".to_owned());
+            return Some("Print this text, or the help of a verb".to_owned());
         }
         let verb = command.find_subcommand(name)?;
         verb.get_about().map(ToString::to_string)

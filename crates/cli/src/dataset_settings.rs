@@ -174,31 +174,35 @@ impl DatasetSettings {
     #[must_use]
     pub(crate) fn differences(&self, other: &Self) -> Vec<String> {
         let found = differences(self, other);
-        self.told(other, found.iter())
+        self.messages(other, found.iter())
     }
 
     /// Every setting in which the two differ, except budgets that `self` has raised.
     #[must_use]
-    pub(crate) fn differences_but_raised_budgets(&self, other: &Self) -> Vec<String> {
+    pub(crate) fn differences_except_raised_budgets(&self, other: &Self) -> Vec<String> {
         let is_raised =
             |difference: &Difference| difference.here.as_f64() > difference.there.as_f64();
         let counts = |difference: &&Difference| {
             !BUDGETS.contains(&difference.key.as_str()) || !is_raised(difference)
         };
         let found = differences(self, other);
-        self.told(other, found.iter().filter(counts))
+        self.messages(other, found.iter().filter(counts))
     }
 
     /// The differences in words. The inputs are described in words, because users do not know the numbers that represent them.
-    fn told<'a>(&self, other: &Self, found: impl Iterator<Item = &'a Difference>) -> Vec<String> {
-        let mut told: Vec<String> = found
+    fn messages<'a>(
+        &self,
+        other: &Self,
+        found: impl Iterator<Item = &'a Difference>,
+    ) -> Vec<String> {
+        let mut messages: Vec<String> = found
             .filter(|difference| !difference.key.starts_with("inputs."))
             .map(Difference::to_string)
             .collect();
         if self.inputs != other.inputs {
-            told.push(self.inputs.difference(&other.inputs));
+            messages.push(self.inputs.difference(&other.inputs));
         }
-        told
+        messages
     }
 }
 
@@ -230,8 +234,8 @@ mod tests {
             "label.watchdog_s is 900, not 300",
         ];
         assert_eq!(other.differences(&base), named);
-        assert_eq!(other.differences_but_raised_budgets(&base), named[..1]);
-        assert_eq!(base.differences_but_raised_budgets(&other).len(), 2);
+        assert_eq!(other.differences_except_raised_budgets(&base), named[..1]);
+        assert_eq!(base.differences_except_raised_budgets(&other).len(), 2);
         let mut more = base.clone();
         more.inputs = Inputs {
             n_inputs: 1,
@@ -244,7 +248,7 @@ mod tests {
         assert_eq!(
             (
                 more.differences(&base),
-                more.differences_but_raised_budgets(&base)
+                more.differences_except_raised_budgets(&base)
             ),
             (
                 named.map(str::to_owned).to_vec(),

@@ -42,13 +42,13 @@ mod tests {
     fn a_folder_has_one_holder_and_keeps_no_trace_of_it() {
         let folder = tempfile::tempdir().unwrap();
         let first = FolderLock::take(folder.path(), "exporting into").unwrap();
-        let told = FolderLock::take(folder.path(), "exporting into").unwrap_err();
+        let message = FolderLock::take(folder.path(), "exporting into").unwrap_err();
         assert!(
-            told.is::<UsageError>()
-                && told
+            message.is::<UsageError>()
+                && message
                     .to_string()
                     .contains("another partprobe is exporting into"),
-            "{told}"
+            "{message}"
         );
         drop(first);
         assert!(FolderLock::take(folder.path(), "exporting into").is_ok());

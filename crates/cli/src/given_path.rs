@@ -24,7 +24,7 @@ pub(crate) fn ensure_exists(path: &Path) -> Result<(), UsageError> {
 }
 
 /// Whether two paths lead to one file or folder, which exists.
-pub(crate) fn is_same_place(one: &Path, other: &Path) -> bool {
+pub(crate) fn are_same_path(one: &Path, other: &Path) -> bool {
     matches!((one.canonicalize(), other.canonicalize()), (Ok(one), Ok(other)) if one == other)
 }
 
@@ -33,7 +33,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_missing_path_is_told_from_one_that_cannot_be_looked_at() {
+    fn a_missing_path_is_distinguished_from_an_unreadable_one() {
         let folder = tempfile::tempdir().unwrap();
         let reason = |name: &str| ensure_exists(&folder.path().join(name)).unwrap_err().0;
         assert_eq!(ensure_exists(folder.path()), Ok(()));

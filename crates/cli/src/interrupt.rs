@@ -5,15 +5,15 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Whether the user has asked this process to stop. The exit code depends on it.
-static ASKED: AtomicBool = AtomicBool::new(false);
+static STOP_REQUESTED: AtomicBool = AtomicBool::new(false);
 
 /// The exit code of a program that was stopped by Ctrl-C.
 pub(crate) const EXIT_CODE: u8 = 130;
 
 /// Whether the user has asked to stop, for any listener.
 #[must_use]
-pub(crate) fn was_asked() -> bool {
-    ASKED.load(Ordering::Relaxed)
+pub(crate) fn was_requested() -> bool {
+    STOP_REQUESTED.load(Ordering::Relaxed)
 }
 
 /// Ends the program with [`EXIT_CODE`] at Ctrl-C. It is for work without partial results.
@@ -39,7 +39,7 @@ impl Interrupt {
         let interrupt = Self::default();
         let flag = Arc::clone(&interrupt.flag);
         ctrlc::set_handler(move || {
-            ASKED.store(true, Ordering::Relaxed);
+            STOP_REQUESTED.store(true, Ordering::Relaxed);
             if flag.swap(true, Ordering::Relaxed) {
                 std::process::exit(i32::from(EXIT_CODE));
             }
@@ -50,7 +50,7 @@ impl Interrupt {
 
     /// Asks to stop, like Ctrl-C. The program then ends with [`EXIT_CODE`].
     pub(crate) fn ask(&self) {
-        ASKED.store(true, Ordering::Relaxed);
+        STOP_REQUESTED.store(true, Ordering::Relaxed);
         self.flag.store(true, Ordering::Relaxed);
     }
 

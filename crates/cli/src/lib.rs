@@ -1,15 +1,16 @@
 //! Implements the program `partprobe`: arguments, configs, processes, progress and printing. It only exports [`main`]. All
 //! reusable code is in the libraries that it calls.
 //!
-//! Results go to stdout, progress and warnings to stderr. Tables are Markdown, and aligned where stdout is a terminal. A verb ends with 0 (done), 1 (failed), 2 (usage) or 130 (stopped),
-//! and an error is printed once, here.
+//! Results go to stdout, progress and warnings to stderr. Tables are aligned if stdout is a terminal, and Markdown otherwise. The
+//! exit code of a verb is 0 (done), 1 (failed), 2 (wrong usage), 3 (a bound is missed) or 130 (stopped). An error is printed once,
+//! in this file.
 
 #![cfg_attr(
     not(feature = "train"),
     allow(
         dead_code,
         unused_imports,
-        reason = "what training alone uses stays next to what labeling uses"
+        reason = "code that only training uses is in the same modules as code that labeling uses"
     )
 )]
 
@@ -63,7 +64,7 @@ use std::process::ExitCode;
 use stdout::TableForm;
 use verbs::Verb;
 
-/// STEP files in, part labels out, and a fair comparison of the labels that train point-cloud networks.
+/// Label the parts of STEP files, and compare how well labels train point-cloud networks.
 #[derive(Debug, Parser)]
 #[command(
     version = program_version::VERSION.as_str(),
@@ -74,16 +75,17 @@ use verbs::Verb;
 #[cfg_attr(
     feature = "train",
     command(
-        after_help = "The stages, each alone: label, sample, train, embed, eval; `run` does all of them.
+        after_help = "`run` does all stages of an experiment. The verbs label, sample, train, embed and eval each do one stage.
 Start with `partprobe run smoke`, which needs no data, or with `partprobe inspect FILE`.
-Every verb explains itself, for example `partprobe label --help`. Exit codes: 0 done, 1 failed, 2 wrong usage, 3 a bound is missed, 130 stopped by Ctrl-C or by --stop-after."
+Every verb has its own help, for example `partprobe label --help`. Exit codes: 0 done, 1 failed, 2 wrong usage, 3 a bound is
+missed, 130 stopped by Ctrl-C or by --stop-after."
     )
 )]
 #[cfg_attr(
     not(feature = "train"),
     command(
-        after_help = "This program was built without training. Build it with `cargo install --path crates/cli` for run, train, embed and eval.
-Start with `partprobe inspect FILE`. Every verb explains itself, for example `partprobe label --help`.
+        after_help = "This program was built without training. For run, train, embed and eval, build it with `cargo install --path crates/cli`.
+Start with `partprobe inspect FILE`. Every verb has its own help, for example `partprobe label --help`.
 Exit codes: 0 done, 1 failed, 2 wrong usage, 3 a bound is missed, 130 stopped by Ctrl-C or by --stop-after."
     )
 )]
@@ -91,7 +93,7 @@ struct Cli {
     /// Show no progress; results, warnings and errors are still printed.
     #[arg(long, short, global = true)]
     quiet: bool,
-    /// The form of printed tables. Without it, they are aligned on a terminal, and Markdown in a pipe or a file.
+    /// The form of printed tables; if not given, `text` on a terminal and `markdown` in a pipe or a file.
     #[arg(long, global = true, value_enum, value_name = "FORM")]
     tables: Option<TableForm>,
     #[command(subcommand)]
@@ -118,7 +120,7 @@ pub fn main() -> ExitCode {
             return ExitCode::SUCCESS;
         }
         // An interruption by the user is not an error.
-        let prefix = if interrupt::was_asked() {
+        let prefix = if interrupt::was_requested() {
             ""
         } else {
             "error: "
@@ -130,7 +132,7 @@ pub fn main() -> ExitCode {
 
 /// The exit code: 130 if the user stopped the work, 2 for a wrong call, and 1 for any other error.
 fn exit_code(error: &anyhow::Error) -> u8 {
-    if interrupt::was_asked() {
+    if interrupt::was_requested() {
         interrupt::EXIT_CODE
     } else if usage::is_usage_error(error) {
         2

@@ -18,19 +18,19 @@ use std::collections::BTreeMap;
 /// The number of carriers that are read at once while shapes are chosen.
 const READ_AT_ONCE: usize = 64;
 
-/// Which shapes take part, on the command line.
+/// The arguments that choose the measured shapes.
 #[derive(Clone, Debug, clap::Args)]
 pub(crate) struct ChoiceArgs {
-    /// Measure this many shapes, no two of them equal; --seed decides which. All shapes if not given.
+    /// Measure this number of different shapes, which --seed chooses; all shapes if not given.
     #[arg(long, value_name = "N")]
     shapes: Option<usize>,
-    /// Only shapes with at least this many STEP parts.
+    /// Use only shapes with at least this number of STEP parts.
     #[arg(long, value_name = "N", default_value_t = 1)]
     min_parts: usize,
-    /// Only shapes with at most this many STEP parts.
+    /// Use only shapes with at most this number of STEP parts.
     #[arg(long, value_name = "N")]
     max_parts: Option<usize>,
-    /// The seed of the choice, of the points, of the sources and of the intervals.
+    /// The seed of the choice of shapes, the points, the sources and the intervals.
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub(crate) seed: u64,
 }
@@ -92,7 +92,7 @@ impl ChoiceArgs {
         };
         let mut fitting = Vec::new();
         for shape in shapes {
-            match self.misfit(shape) {
+            match self.reason_not_chosen(shape) {
                 Some(reason) => chosen.leave_out(reason, 1),
                 None => fitting.push(shape),
             }
@@ -105,7 +105,7 @@ impl ChoiceArgs {
         chosen
     }
 
-    fn misfit(&self, shape: &ShapeInput) -> Option<&'static str> {
+    fn reason_not_chosen(&self, shape: &ShapeInput) -> Option<&'static str> {
         let read = || shape.carrier().ok().map(|carrier| carrier.n_parts());
         // A carrier that cannot be read is kept, so that it is named later. A mesh or a cloud without given labels has no parts
         // to count, and is also kept.

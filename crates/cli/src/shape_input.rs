@@ -19,14 +19,14 @@ use std::fs;
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 
-/// Where shapes come from, on the command line.
+/// The arguments that name the shapes.
 #[derive(Clone, Debug, clap::Args)]
 pub(crate) struct ShapeArgs {
-    /// Data sets and carrier files (.npz), or anything that `label` reads: STEP files, folders, lists, archives; `-` is the standard
-    /// input.
+    /// Data sets and carrier files (.npz), or anything that `label` reads: STEP files, folders, lists, archives; `-` is the
+    /// standard input.
     #[arg(required = true, value_name = "PATH")]
     pub(crate) paths: Vec<PathBuf>,
-    /// Threads; as many as there are cores if not given. The result does not depend on it.
+    /// The number of threads; one per core if not given. The result does not depend on it.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: Option<u16>,
     /// Settings for STEP files, which are labeled first: a shipped config or a file. They do not change data sets.
@@ -35,25 +35,25 @@ pub(crate) struct ShapeArgs {
     /// Change one setting for STEP files, for example label.unit=solid.
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
-    /// What the verb itself sets for what is labeled on the way; the user's own settings win.
+    /// The verb's own settings for inputs that are labeled first. The user's settings have priority.
     #[arg(skip)]
     own_settings: Vec<String>,
-    /// Whether the settings decide more than how files are labeled.
+    /// Whether the settings decide more than the labeling of files.
     #[arg(skip)]
     for_more_than_labeling: bool,
 }
 
-/// The same where the command line is full of other names: the paths follow `--data`.
+/// The same arguments for verbs whose positional arguments are other names. The paths follow `--data`.
 #[derive(Clone, Debug, clap::Args)]
 pub(crate) struct DataArgs {
-    /// Data sets and carrier files (.npz), or anything that `label` reads: STEP files, folders, lists, archives; `-` is the standard
-    /// input.
+    /// Data sets and carrier files (.npz), or anything that `label` reads: STEP files, folders, lists, archives; `-` is the
+    /// standard input.
     #[arg(long = "data", value_name = "PATH", num_args = 1..)]
     pub(crate) paths: Vec<PathBuf>,
-    /// Threads; as many as there are cores if not given. The result does not depend on it.
+    /// The number of threads; one per core if not given. The result does not depend on it.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: Option<u16>,
-    /// The settings with which STEP files are labeled, and the sources that are imported: a shipped config or a file.
+    /// The settings for labeling STEP files, and the imported label sources: a shipped config or a file.
     #[arg(long, default_value = "base", value_name = "FILE")]
     config: String,
     /// Change one setting, for example label.unit=solid or `sources.mine.path=seg/`.
@@ -210,7 +210,7 @@ impl ShapeArgs {
         if !unlabeled.is_empty() {
             sources.label(&unlabeled, scratch, &config, self.n_threads(), interrupt)?;
         }
-        sources.refuse_twins()?;
+        sources.refuse_equal_ids()?;
         ensure!(
             !sources.shapes.is_empty(),
             "no shape has a carrier{}",
@@ -385,13 +385,13 @@ impl ShapeInputs {
     }
 
     /// Refuses equal ids. Ids are the names of files, so two files with the same name would overwrite each other.
-    fn refuse_twins(&self) -> Result<()> {
+    fn refuse_equal_ids(&self) -> Result<()> {
         let mut seen = BTreeSet::new();
         for shape in &self.shapes {
             ensure!(
                 seen.insert(&shape.id),
                 UsageError(format!(
-                    "two shapes have the id `{}`; take them apart into two calls",
+                    "two shapes have the id `{}`; use two calls for them",
                     shape.id
                 ))
             );

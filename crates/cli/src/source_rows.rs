@@ -43,7 +43,7 @@ impl MeasuredSurface {
     }
 }
 
-/// The index of each two sources on the points of a shape.
+/// The index of each pair of sources on the points of a shape.
 pub(crate) fn pair_rows(of_points: &[(&str, &[i32])], shape: &str, group: &str) -> Vec<PairRow> {
     let mut pairs = Vec::new();
     for (idx, (first, labels)) in of_points.iter().enumerate() {

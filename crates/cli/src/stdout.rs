@@ -52,7 +52,7 @@ pub(crate) fn print_tables(markdown: impl Display) -> Result<()> {
 /// # Errors
 /// As for [`print_result`].
 pub(crate) fn print_result_tables(markdown: impl Display) -> Result<()> {
-    unless_closed(print_tables(markdown))
+    ignore_closed_pipe(print_tables(markdown))
 }
 
 /// Prints one result and a line break.
@@ -82,10 +82,10 @@ pub(crate) fn is_closed(error: &anyhow::Error) -> bool {
 /// # Errors
 /// If stdout cannot be written to for another reason than that its reader has ended.
 pub(crate) fn print_result(text: impl Display) -> Result<()> {
-    unless_closed(print_line(text))
+    ignore_closed_pipe(print_line(text))
 }
 
-fn unless_closed(printed: Result<()>) -> Result<()> {
+fn ignore_closed_pipe(printed: Result<()>) -> Result<()> {
     printed.or_else(|error| {
         if is_closed(&error) {
             Ok(())

@@ -71,7 +71,7 @@ fn killed_at(mut child: Child, dataset: &Path, n_lines: usize) -> bool {
 }
 
 #[test]
-fn a_killed_batch_goes_on_to_the_same_bytes() {
+fn a_killed_batch_is_resumed_to_the_same_bytes() {
     let folder = folder_with_steps();
     let path = folder.path();
     check(
@@ -132,7 +132,7 @@ fn a_killed_batch_goes_on_to_the_same_bytes() {
         contents(&path.join("whole")),
         contents(&path.join("killed"))
     );
-    // A finished batch has nothing left to do, and other settings or inputs are told from it.
+    // A finished batch has nothing left to do, and other settings or inputs are refused.
     check(path, &arguments, 0, "");
     check(
         path,
@@ -247,12 +247,12 @@ fn a_share_without_a_shape_is_joined_like_any_other() {
         contents(&path.join("joined")),
         contents(&path.join("one-machine"))
     );
-    let told = "no file could be labeled";
+    let message = "no file could be labeled";
     check(
         path,
         &["label", "mixed/bad.step", "--out", "alone"],
         1,
-        told,
+        message,
     );
     // A batch of which no share has a shape fails when it is joined.
     let share = [
@@ -264,7 +264,7 @@ fn a_share_without_a_shape_is_joined_like_any_other() {
         "1/1",
     ];
     check(path, &share, 0, "");
-    check(path, &["merge", "whole", "--out", "nothing"], 1, told);
+    check(path, &["merge", "whole", "--out", "nothing"], 1, message);
 }
 
 fn tarred(members: &[(String, Vec<u8>)]) -> Vec<u8> {
@@ -414,7 +414,7 @@ fn refused(folder: &Path) -> Vec<String> {
 }
 
 #[test]
-fn hostile_archives_are_refused_by_name_and_the_rest_goes_on() {
+fn hostile_archives_are_refused_by_name_and_the_rest_is_labeled() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     let cuboid = || fixtures::cuboid([3.0, 4.0, 5.0]).into_bytes();
@@ -658,7 +658,7 @@ fn what_was_damaged_since_is_named_and_labeled_again() {
     for (name, damage, is_carrier) in damages {
         damage();
         if is_carrier {
-            let told = "1 carrier cannot be used; everything else is written";
+            let message = "1 carrier cannot be used; everything else is written";
             check(
                 path,
                 &[
@@ -672,7 +672,7 @@ fn what_was_damaged_since_is_named_and_labeled_again() {
                     "9",
                 ],
                 1,
-                told,
+                message,
             );
             assert_eq!(
                 fs::read_dir(path.join(name)).unwrap().count(),
@@ -683,7 +683,7 @@ fn what_was_damaged_since_is_named_and_labeled_again() {
                 path,
                 &["render", "d", "-o", "x.png", "--size", "40"],
                 1,
-                told,
+                message,
             );
         }
         let again = if name == "cut" {
@@ -827,8 +827,14 @@ fn a_member_that_was_edited_since_is_labeled_again() {
         assert_eq!(contents(&path.join(&out)), same);
 
         fs::write(path.join(name), after).unwrap();
-        let told = format!("warning: {name}/d/part03.step is labeled again, because it was edited");
-        check(path, &["label", name, "--out", &out, "--resume"], 0, &told);
+        let message =
+            format!("warning: {name}/d/part03.step is labeled again, because it was edited");
+        check(
+            path,
+            &["label", name, "--out", &out, "--resume"],
+            0,
+            &message,
+        );
         check(path, &["label", name, "--out", &fresh], 0, "");
         assert_eq!(
             contents(&path.join(&out)),

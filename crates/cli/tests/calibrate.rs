@@ -115,7 +115,7 @@ fn json_holds_what_the_angles_of_the_files_say() {
 }
 
 #[test]
-fn what_cannot_be_meant_is_refused() {
+fn impossible_values_are_refused() {
     let folder = corpus();
     fs::create_dir(folder.path().join("nothing")).unwrap();
     for (arguments, error) in [

@@ -82,7 +82,7 @@ fn shipped_configs_are_listed_and_printed_as_they_are() {
 }
 
 #[test]
-fn shells_and_readers_of_manuals_are_served() {
+fn completions_and_manual_pages_are_written() {
     let folder = tempfile::tempdir().unwrap();
     for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
         let script = check(folder.path(), &["completions", shell], 0, "");
@@ -125,7 +125,7 @@ fn the_help_lists_verbs_in_groups_and_breaks_lines_at_the_width_of_the_terminal(
 }
 
 #[test]
-fn quiet_work_prints_results_and_warnings_alone() {
+fn quiet_work_prints_only_results_and_warnings() {
     let folder = tempfile::tempdir().unwrap();
     check(
         folder.path(),
@@ -134,7 +134,7 @@ fn quiet_work_prints_results_and_warnings_alone() {
         "",
     );
     fs::write(folder.path().join("steps/not-step.step"), "nothing").unwrap();
-    let told = |more: &[&str]| {
+    let stderr_of = |more: &[&str]| {
         let fixed = [
             "sources",
             "step-parts",
@@ -152,9 +152,9 @@ fn quiet_work_prints_results_and_warnings_alone() {
         String::from_utf8(output.stderr).unwrap()
     };
     let note = "2 left out: beyond --shapes";
-    let loud = told(&["loud"]);
+    let loud = stderr_of(&["loud"]);
     assert!(loud.contains(note), "{loud}");
-    let quiet = told(&["quiet", "--quiet"]);
+    let quiet = stderr_of(&["quiet", "--quiet"]);
     assert!(!quiet.contains(note), "{quiet}");
     let kept = |text: &str| {
         text.lines()

@@ -67,13 +67,13 @@ fn a_damaged_carrier_is_named_and_ends_in_1_after_everything_else_is_printed() {
         "sources step-parts brep-face --data data --points 100",
         "calibrate data",
     ] {
-        let told = run(
+        let message = run(
             folder.path(),
             arguments,
             1,
             "1 carrier cannot be used; everything else is written",
         );
-        assert!(told.contains("| "), "{arguments}: no table in {told}");
+        assert!(message.contains("| "), "{arguments}: no table in {message}");
     }
 }
 
@@ -334,7 +334,7 @@ fn parts_survive_another_tessellation() {
 }
 
 #[test]
-fn what_cannot_be_meant_is_refused() {
+fn impossible_values_are_refused() {
     let folder = corpus();
     run(folder.path(), "label parts --out data", 0, "");
     fs::create_dir(folder.path().join("full")).unwrap();

@@ -157,7 +157,7 @@ fn packed_files_are_read_alone_in_folders_and_in_archives() {
 }
 
 #[test]
-fn damaged_and_endless_containers_are_named_and_the_rest_goes_on() {
+fn damaged_and_endless_containers_are_named_and_the_rest_is_labeled() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     fs::create_dir(path.join("d")).unwrap();
@@ -271,13 +271,13 @@ fn nothing_in_a_folder_vanishes_without_a_line() {
         (["d", "d/link.step"], "d/link.step"),
         (["d/a.step", "d"], "d/a.step"),
     ] {
-        let told = format!("{again} is given 2 times and is read once");
+        let message = format!("{again} is given 2 times and is read once");
         let out = again.replace('/', "-");
         check(
             path,
             &["label", arguments[0], arguments[1], "--out", &out],
             0,
-            &told,
+            &message,
         );
         assert_eq!(index(&path.join(out)), index(&path.join("o")));
     }
@@ -402,7 +402,7 @@ fn names_that_are_not_utf_8_are_read_and_shown_escaped() {
 }
 
 #[test]
-fn files_of_one_stem_keep_their_endings_whatever_the_order_and_the_cut() {
+fn files_of_one_stem_keep_their_endings_for_any_order_and_cut() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     for name in [

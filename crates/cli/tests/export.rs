@@ -228,7 +228,7 @@ fn a_triangle_keeps_its_label_in_obj_and_parts() {
 }
 
 #[test]
-fn faces_stand_in_the_order_of_the_file() {
+fn faces_are_in_the_order_of_the_file() {
     let folder = labeled_parts();
     let (path, carrier) = (folder.path(), carrier(folder.path()));
     let rows = &carrier.graph().faces;
@@ -395,7 +395,7 @@ fn tables_have_a_row_per_shape_and_the_labels_of_the_carriers() {
 }
 
 #[test]
-fn samples_are_sorted_and_hold_what_was_asked_for() {
+fn samples_are_sorted_and_contain_the_requested_content() {
     let folder = labeled_parts();
     let path = folder.path();
     for (content, member) in [
@@ -504,7 +504,7 @@ fn a_damaged_pointcept_folder_is_described() {
 }
 
 #[test]
-fn a_damaged_carrier_ends_alone() {
+fn a_damaged_carrier_does_not_stop_the_others() {
     let folder = labeled_parts();
     let path = folder.path();
     fs::write(path.join("d/steps__p0.npz"), b"PK").unwrap();
@@ -534,7 +534,7 @@ fn a_damaged_carrier_ends_alone() {
 }
 
 #[test]
-fn what_cannot_be_meant_is_refused_and_leaves_nothing() {
+fn impossible_requests_are_refused_and_leave_no_files() {
     let folder = labeled_parts();
     let path = folder.path();
     fs::create_dir(path.join("empty")).unwrap();

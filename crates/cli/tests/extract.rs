@@ -58,7 +58,7 @@ fn every_face_of_a_part_can_be_cut_out() {
 }
 
 #[test]
-fn the_numbers_may_stay_and_stdout_is_the_file_alone() {
+fn numbers_can_be_kept_and_stdout_contains_only_the_file() {
     let (folder, faces) = folder();
     let id = format!("#{}", faces[0]);
     let cut = |more: &[&str]| {
@@ -83,7 +83,7 @@ fn the_numbers_may_stay_and_stdout_is_the_file_alone() {
 }
 
 #[test]
-fn what_cannot_be_cut_out_is_said() {
+fn entities_that_cannot_be_cut_out_are_named() {
     let (folder, faces) = folder();
     let face = format!("#{}", faces[0]);
     let refused = |arguments: &[&str], code: i32, error: &str| {

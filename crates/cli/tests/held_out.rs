@@ -95,16 +95,16 @@ impl Fixture {
         command
     }
 
-    /// Runs the program; stderr must hold the texts that `told` gives, with `|` between them. Gives stdout.
+    /// Runs the program; stderr must hold the texts that `message` gives, with `|` between them. Gives stdout.
     #[track_caller]
-    fn check(&self, args: &[&str], code: i32, told: &str) -> String {
+    fn check(&self, args: &[&str], code: i32, message: &str) -> String {
         let output = self.command(args).output().unwrap();
-        assert_outcome(args, &output, code, told);
+        assert_outcome(args, &output, code, message);
         String::from_utf8(output.stdout).unwrap()
     }
 
     /// Puts another training, with all that it says of itself, in the place of the run's own.
-    fn take_over(&self, checkpoints: &str) {
+    fn replace_training(&self, checkpoints: &str) {
         for file in ["model.safetensors", "training.json"] {
             let from = self.path(checkpoints).join(file);
             fs::copy(from, self.path("run/checkpoints/step-parts-0").join(file)).unwrap();
@@ -163,7 +163,7 @@ impl Fixture {
 }
 
 #[track_caller]
-fn assert_outcome(args: &[&str], output: &Output, code: i32, told: &str) {
+fn assert_outcome(args: &[&str], output: &Output, code: i32, message: &str) {
     let stderr = String::from_utf8_lossy(&output.stderr);
     assert_eq!(
         output.status.code(),
@@ -171,7 +171,7 @@ fn assert_outcome(args: &[&str], output: &Output, code: i32, told: &str) {
         "{args:?}: {stderr}{}",
         String::from_utf8_lossy(&output.stdout)
     );
-    for text in told.split('|') {
+    for text in message.split('|') {
         assert!(
             stderr.contains(text) && !stderr.contains("panicked"),
             "{args:?} does not say `{text}`: {stderr}"
@@ -220,7 +220,7 @@ fn a_new_reference_is_scored_on_the_test_shapes_and_on_no_other() {
         let args = ["eval", "run", "--set", &references, "--set", &clusterers];
         let output = fixture.command(&args).output().unwrap();
         assert_outcome(&args, &output, 0, "labeled shapes take part");
-        let told = String::from_utf8(output.stderr).unwrap();
+        let message = String::from_utf8(output.stderr).unwrap();
         let rows = fixture.lines("run/scores.jsonl");
         let scored: BTreeSet<String> = rows
             .iter()
@@ -231,9 +231,9 @@ fn a_new_reference_is_scored_on_the_test_shapes_and_on_no_other() {
             "{scored:?} of {test:?}"
         );
         assert_eq!(
-            told.contains("1 left out: one label by `primitive`"),
+            message.contains("1 left out: one label by `primitive`"),
             n_left_out == 1,
-            "{told}"
+            "{message}"
         );
         // The tables say so too, when they are made and when they are made again.
         let tables = String::from_utf8(fixture.read("run/tables.md")).unwrap();
@@ -272,7 +272,7 @@ fn a_layer_that_refines_can_be_switched_on_after_the_training() {
 }
 
 #[test]
-fn a_reference_that_came_later_has_no_say_in_the_training() {
+fn a_later_reference_does_not_influence_the_training() {
     let fixture = Fixture::new();
     let references = ["--set", r#"compare.references=["step-parts","primitive"]"#];
     fixture.check(&[&["eval", "run"][..], &references].concat(), 0, "");
@@ -322,7 +322,7 @@ fn what_decided_the_training_cannot_change_after_it() {
     let fixture = Fixture::new();
     let files = ["run/split.json", "run/config.toml", "run/scores.jsonl"];
     let before = files.map(|file| fixture.read(file));
-    for (set, told) in [
+    for (set, message) in [
         (
             "split.train=0.25",
             "split.train is 0.5 in this run and cannot become 0.25",
@@ -356,7 +356,7 @@ fn what_decided_the_training_cannot_change_after_it() {
         } else {
             vec!["eval", "run", "--set", set]
         };
-        fixture.check(&sets, 2, told);
+        fixture.check(&sets, 2, message);
         assert!(
             files.map(|file| fixture.read(file)) == before,
             "{set} changed a file"
@@ -402,7 +402,7 @@ fn a_config_that_was_changed_by_hand_does_not_fit_its_split() {
 }
 
 #[test]
-fn a_damaged_file_of_the_run_is_named_with_the_place_of_the_damage() {
+fn a_damaged_file_of_the_run_is_named_with_the_position_of_the_damage() {
     let fixture = Fixture::new();
     let whole = fixture.read("run/split.json");
     let advice = "put back a copy of the file, or make a new run folder";
@@ -425,8 +425,8 @@ fn a_damaged_file_of_the_run_is_named_with_the_place_of_the_damage() {
     ];
     for (bytes, reason) in damages {
         fs::write(fixture.path("run/split.json"), bytes).unwrap();
-        let told = format!("run/split.json is damaged at line |{reason}|{advice}");
-        fixture.check(&["eval", "run"], 1, &told);
+        let message = format!("run/split.json is damaged at line |{reason}|{advice}");
+        fixture.check(&["eval", "run"], 1, &message);
         fixture.check(
             &[
                 "run",
@@ -438,7 +438,7 @@ fn a_damaged_file_of_the_run_is_named_with_the_place_of_the_damage() {
                 "--resume",
             ],
             1,
-            &told,
+            &message,
         );
     }
     fs::write(fixture.path("run/split.json"), b"{\"format_version\": 1}").unwrap();
@@ -478,7 +478,7 @@ fn a_backbone_that_has_seen_a_test_shape_is_refused() {
         .into_iter()
         .find(|id| test.contains(id))
         .unwrap();
-    fixture.take_over("other/checkpoints/step-parts-0");
+    fixture.replace_training("other/checkpoints/step-parts-0");
     fixture.check(
         &["eval", "run"],
         1,
@@ -525,13 +525,13 @@ fn a_backbone_that_has_seen_a_test_shape_is_refused() {
         0,
         "",
     );
-    fixture.take_over("elsewhere/checkpoints/step-parts-0");
+    fixture.replace_training("elsewhere/checkpoints/step-parts-0");
     fixture.check(&["eval", "run"], 1, "it was trained on");
 }
 
 /// Trains on `step-parts` into `out` from the weights of the run, or from others that `change` names.
 #[track_caller]
-fn check_started(fixture: &Fixture, out: &str, change: &[&str], code: i32, told: &str) {
+fn check_started(fixture: &Fixture, out: &str, change: &[&str], code: i32, message: &str) {
     let from_run = r#"train.init="run/checkpoints/{source}-{seed}/model.safetensors""#;
     let train = ["train", "tiny.toml", "--data", "data", "--out", out];
     let mut args = [
@@ -542,7 +542,7 @@ fn check_started(fixture: &Fixture, out: &str, change: &[&str], code: i32, told:
     for set in change {
         args.extend(["--set", set]);
     }
-    fixture.check(&args, code, told);
+    fixture.check(&args, code, message);
 }
 
 #[test]
@@ -588,7 +588,7 @@ fn weights_that_would_make_a_comparison_unfair_start_no_training() {
         1,
         "train.init: nowhere.safetensors",
     );
-    // What can be told without the shapes leaves no folder behind.
+    // A mistake that is found without the shapes leaves no folder.
     for out in ["net", "none"] {
         assert!(!fixture.path(out).exists(), "{out}");
     }
@@ -656,12 +656,12 @@ fn a_backbone_labels_the_shapes_that_it_has_not_seen() {
         "--set",
         "cluster=ward-faces",
     ];
-    let told = fixture.check(
+    let message = fixture.check(
         &[&check[..], &typed].concat(),
         1,
         "not every label could be joined",
     );
-    let checked: Value = serde_json::from_str(&told).unwrap();
+    let checked: Value = serde_json::from_str(&message).unwrap();
 
     let seen: BTreeSet<String> = ["train", "valid"]
         .into_iter()
@@ -680,22 +680,22 @@ fn a_backbone_labels_the_shapes_that_it_has_not_seen() {
 fn a_run_is_repeated_from_its_folder() {
     let fixture = Fixture::new();
     for run in ["run", "made"] {
-        let told = fixture.check(&["rerun", run, "--jobs", "1"], 0, "");
-        assert!(told.contains(" compared, 0 of them differ"), "{told}");
+        let message = fixture.check(&["rerun", run, "--jobs", "1"], 0, "");
+        assert!(message.contains(" compared, 0 of them differ"), "{message}");
     }
     // So is a run that was scored against other references later.
     let references = r#"compare.references=["step-parts","primitive"]"#;
     fixture.check(&["eval", "run", "--set", references], 0, "");
-    let told = fixture.check(&["rerun", "run", "--out", "second"], 0, "");
-    assert!(told.contains(" compared, 0 of them differ"), "{told}");
+    let message = fixture.check(&["rerun", "run", "--out", "second"], 0, "");
+    assert!(message.contains(" compared, 0 of them differ"), "{message}");
 
     // Weights record the settings of the evaluation, which `eval` may have changed.
     fixture.check(&["eval", "run", "--set", "tokens.test_tokens=50"], 0, "");
-    let told = fixture.check(&["rerun", "run", "--out", "fewer"], 1, "");
+    let message = fixture.check(&["rerun", "run", "--out", "fewer"], 1, "");
     assert!(
-        told.contains("in the settings that it records, not in its values: checkpoints/")
-            && told.contains(", 1 of them differ"),
-        "{told}"
+        message.contains("in the settings that it records, not in its values: checkpoints/")
+            && message.contains(", 1 of them differ"),
+        "{message}"
     );
     fixture.check(
         &RESUMED,
@@ -707,8 +707,11 @@ fn a_run_is_repeated_from_its_folder() {
     let changed = fs::read_dir(fixture.path("run/predictions/untrained-0")).unwrap();
     let changed = changed.map(|entry| entry.unwrap().path()).min().unwrap();
     fs::write(&changed, "other").unwrap();
-    let told = fixture.check(&["rerun", "run", "--out", "third"], 1, "");
-    assert!(told.contains("differs: predictions/untrained-0/"), "{told}");
+    let message = fixture.check(&["rerun", "run", "--out", "third"], 1, "");
+    assert!(
+        message.contains("differs: predictions/untrained-0/"),
+        "{message}"
+    );
     fixture.check(
         &["rerun", "run", "--set", "train.steps=3"],
         2,
@@ -774,13 +777,13 @@ fn runs_are_listed_and_reported_together() {
     )
     .unwrap();
     let report = fixture.check(&["report", "run", "copy"], 0, "");
-    for told in [
+    for message in [
         "| `run:step-parts` |",
         "| `copy:step-parts` |",
         "| Δ `run:step-parts` − `copy:step-parts` | +0.000",
         "that all 2 runs were scored on.",
     ] {
-        assert!(report.contains(told), "{told}: {report}");
+        assert!(report.contains(message), "{message}: {report}");
     }
     assert_eq!(
         report.matches("| `untrained` |").count(),
@@ -809,8 +812,8 @@ fn runs_are_listed_and_reported_together() {
     split["shapes"][&id]["content_hash"] = "other".into();
     fs::write(fixture.path("copy/split.json"), split.to_string()).unwrap();
     let report = fixture.check(&["report", "run", "copy"], 0, "");
-    let told = "1 shape is left out, whose mesh or labels differ between the runs";
-    assert!(report.contains(told), "{report}");
+    let message = "1 shape is left out, whose mesh or labels differ between the runs";
+    assert!(report.contains(message), "{report}");
     for shape in split["shapes"].as_object_mut().unwrap().values_mut() {
         shape["content_hash"] = "other".into();
     }
@@ -881,7 +884,7 @@ fn the_page_of_a_run_is_written_again() {
 }
 
 #[test]
-fn a_backbone_in_the_place_of_another_is_refused() {
+fn a_backbone_at_the_path_of_another_is_refused() {
     let fixture = Fixture::new();
     let train = |supervision: &str, seeds: &str, out: &str| {
         let sets = [
@@ -910,14 +913,14 @@ fn a_backbone_in_the_place_of_another_is_refused() {
         fixture.read("run/checkpoints/step-parts-0/training.json"),
     );
     let place = fixture.path("run").join(WEIGHTS);
-    fixture.take_over("kmeans/checkpoints/normal-kmeans-20-0");
+    fixture.replace_training("kmeans/checkpoints/normal-kmeans-20-0");
     fixture.check(
         &["eval", "run"],
         1,
         "trained on `normal-kmeans-20` with seed 0, but its place is that of `step-parts`",
     );
     train("step-parts", "compare.seeds=[4]", "seeds");
-    fixture.take_over("seeds/checkpoints/step-parts-4");
+    fixture.replace_training("seeds/checkpoints/step-parts-4");
     fixture.check(
         &["eval", "run"],
         1,
@@ -1000,7 +1003,7 @@ fn weights_that_were_changed_after_the_training_are_refused_by_name() {
 }
 
 #[test]
-fn a_run_stays_with_the_shapes_that_it_began_with() {
+fn a_run_keeps_its_original_shapes() {
     let fixture = Fixture::new();
     let test = fixture.side("run", "test")[0].clone();
     // Labeled again meanwhile, with other settings; then with the same ones and another content.
@@ -1016,8 +1019,8 @@ fn a_run_stays_with_the_shapes_that_it_began_with() {
         0,
         "",
     );
-    let told = "label.theta_deg is 8.0 in the config and 20.0 in the data set";
-    fixture.check(&["eval", "run", "--data", "other"], 2, told);
+    let message = "label.theta_deg is 8.0 in the config and 20.0 in the data set";
+    fixture.check(&["eval", "run", "--data", "other"], 2, message);
     fixture.check(
         &["synth", "--out", "steps", "--seed", "5", "-n", "16"],
         0,
@@ -1030,7 +1033,7 @@ fn a_run_stays_with_the_shapes_that_it_began_with() {
     .unwrap();
     fs::rename(fixture.path("steps"), fixture.path("made/data/step")).unwrap();
     fixture.check(&["label", "made/data/step", "--out", "another"], 0, "");
-    let refused = |args: &[&str], told: &str| fixture.check(args, 1, told);
+    let refused = |args: &[&str], message: &str| fixture.check(args, 1, message);
     refused(
         &["eval", "run", "--data", "another"],
         "make a new run folder",
@@ -1126,7 +1129,7 @@ fn carriers_that_were_changed_cut_off_or_exchanged_are_named() {
         ("missing", &|| fs::remove_file(file(0)).unwrap(), "reading"),
     ];
     let whole = fs::read(file(0)).unwrap();
-    for (name, damage, told) in damages {
+    for (name, damage, message) in damages {
         damage();
         let out = |verb: &str| format!("{verb}-{name}");
         let stdout = fixture.check(
@@ -1135,14 +1138,14 @@ fn carriers_that_were_changed_cut_off_or_exchanged_are_named() {
             "1 carrier of data is not the one that was labeled",
         );
         assert!(
-            stdout.contains(ids[0]) && stdout.contains(told),
+            stdout.contains(ids[0]) && stdout.contains(message),
             "{name}: {stdout}"
         );
         fixture.check(&["status", "data", "--quick"], 0, "");
         fixture.check(
             &[&train[..], &[&out("train")]].concat(),
             1,
-            &format!("{}|{told}", ids[0]),
+            &format!("{}|{message}", ids[0]),
         );
         for verb in [
             &["sample", "data", "--format", "npz", "--out"][..],
@@ -1154,7 +1157,7 @@ fn carriers_that_were_changed_cut_off_or_exchanged_are_named() {
                 .unwrap();
             let stderr = String::from_utf8_lossy(&output.stderr);
             assert!(
-                stderr.contains(ids[0]) && stderr.contains(told),
+                stderr.contains(ids[0]) && stderr.contains(message),
                 "{name}, {}: {stderr}",
                 verb[0]
             );
@@ -1178,10 +1181,10 @@ fn data_sets_of_earlier_versions_are_read() {
     }
     let text: String = rows.iter().map(|row| format!("{row}\n")).collect();
     fs::write(fixture.path("data/index.jsonl"), text).unwrap();
-    let told = fixture.check(&["status", "data"], 0, "");
+    let message = fixture.check(&["status", "data"], 0, "");
     assert!(
-        told.contains("16 of an earlier version, without a hash"),
-        "{told}"
+        message.contains("16 of an earlier version, without a hash"),
+        "{message}"
     );
     // The content is the same, so its hash is also the same, although it is not recorded.
     let scores = fixture.read("run/scores.jsonl");
@@ -1205,11 +1208,11 @@ fn labels_of_the_config_and_of_the_data_set_must_agree() {
         "",
     );
     let run = ["run", "tiny.toml", "--data", "twenty", "--out"];
-    let told = "label.theta_deg is 8.0 in the config and 20.0 in the data set";
+    let message = "label.theta_deg is 8.0 in the config and 20.0 in the data set";
     fixture.check(
         &[&run[..], &["said", "--set", "label.theta_deg=8"]].concat(),
         2,
-        told,
+        message,
     );
     assert!(!fixture.path("said").exists());
     fs::write(
@@ -1227,7 +1230,7 @@ fn labels_of_the_config_and_of_the_data_set_must_agree() {
         "--out",
         "said",
     ];
-    fixture.check(&train, 2, told);
+    fixture.check(&train, 2, message);
     // What nobody has said is the data set's.
     fixture.check(&[&run[..], &["unsaid"]].concat(), 0, "");
     let config: toml::Table = String::from_utf8(fixture.read("unsaid/config.toml"))
@@ -1245,7 +1248,7 @@ fn labels_of_the_config_and_of_the_data_set_must_agree() {
 }
 
 #[test]
-fn so_many_shapes_are_taken_whatever_the_order_of_the_index() {
+fn the_number_of_shapes_is_taken_for_any_order_of_the_index() {
     let fixture = Fixture::new();
     let sides = |run: &str| ["train", "valid", "test"].map(|side| fixture.side(run, side));
     let chosen = |run: &str| {
@@ -1340,14 +1343,14 @@ fn what_cannot_be_written_ends_with_1_and_leaves_no_mark() {
     let fixture = Fixture::new();
     let program = env!("CARGO_BIN_EXE_partprobe");
     // The shell counts in blocks of 512 or 1024 bytes. Both limits are less than a checkpoint and more than a carrier.
-    let limited = |blocks: u32, args: &str, told: &str| {
+    let limited = |blocks: u32, args: &str, message: &str| {
         let script = format!("ulimit -f {blocks}; exec {program} {args}");
         let output = Command::new("sh")
             .args(["-c", &script])
             .current_dir(fixture.root.path())
             .output()
             .unwrap();
-        assert_outcome(&[args], &output, 1, told);
+        assert_outcome(&[args], &output, 1, message);
     };
     limited(
         1000,
@@ -1429,7 +1432,7 @@ fn what_cannot_be_written_ends_with_1_and_leaves_no_mark() {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn a_full_output_is_an_error_and_a_reader_that_goes_is_none() {
+fn a_full_output_is_an_error_and_a_closed_pipe_is_not() {
     let fixture = Fixture::new();
     let step = fs::read_dir(fixture.path("made/data/step"))
         .unwrap()

@@ -71,7 +71,7 @@ fn check_equal(expected: &BTreeMap<PathBuf, Vec<u8>>, found: &BTreeMap<PathBuf, 
 #[test]
 fn a_run_is_the_same_for_any_threads_and_after_an_interruption() {
     let corpus = corpus();
-    let told = run(
+    let message = run(
         corpus.path(),
         "one",
         &["--jobs", "1"],
@@ -79,8 +79,8 @@ fn a_run_is_the_same_for_any_threads_and_after_an_interruption() {
         "warning: parts__open, step-parts, seed 0: the surface is not closed",
     );
     assert!(
-        told.contains("2 of 3 shapes, 2 seeds") && told.contains("- parts__open: "),
-        "{told}"
+        message.contains("2 of 3 shapes, 2 seeds") && message.contains("- parts__open: "),
+        "{message}"
     );
     run(corpus.path(), "three", &["--jobs", "3"], 0, "");
     let (one, three) = (corpus.path().join("one"), corpus.path().join("three"));
@@ -142,7 +142,7 @@ fn a_run_without_backbones_is_listed_and_neither_trained_nor_scored_as_one_with_
 }
 
 #[test]
-fn settings_that_cannot_be_meant_are_refused() {
+fn impossible_settings_are_refused() {
     let corpus = corpus();
     for (setting, error) in [
         (

@@ -91,7 +91,7 @@ fn labels_are_checked_before_anything_is_trained() {
 }
 
 #[test]
-fn labels_that_nothing_is_named_after_are_noticed() {
+fn labels_that_match_no_shape_are_reported() {
     let folder = labeled_parts(1);
     let root = folder.path();
     fs::create_dir(root.join("empty")).unwrap();

@@ -1,5 +1,5 @@
-//! Tests the labeling half of the real program: batches with bad files in them, the same bytes for any number of workers,
-//! and what a person or a program is told.
+//! Tests how the real program labels files: batches with bad files, the same bytes for any number of workers, and the
+//! messages for people and programs.
 
 #![allow(
     clippy::unwrap_used,
@@ -199,7 +199,7 @@ fn further_layers_are_members_of_the_carriers_and_change_no_other() {
 }
 
 #[test]
-fn exit_codes_tell_done_from_failed_from_misused() {
+fn exit_codes_distinguish_done_failed_and_misused() {
     let folder = mixed_folder();
     let path = folder.path();
     check(
@@ -279,7 +279,7 @@ fn exit_codes_tell_done_from_failed_from_misused() {
 }
 
 #[test]
-fn bad_files_are_explained_and_leave_nothing_behind() {
+fn bad_files_are_explained_and_leave_no_files() {
     let folder = mixed_folder();
     for (name, _) in bad_files() {
         let file = format!("steps/bad/{name}.step");
@@ -289,7 +289,7 @@ fn bad_files_are_explained_and_leave_nothing_behind() {
 }
 
 #[test]
-fn a_file_above_its_memory_ends_alone() {
+fn a_file_above_its_memory_does_not_stop_the_others() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     fs::File::create(path.join("a.step"))
@@ -679,14 +679,14 @@ fn inspect_and_verify_agree_with_each_other() {
         report["all"]["types"],
         serde_json::json!({"n": 0, "of": 1, "rate": 0.0})
     );
-    let told = &report["disagreements"][0];
-    assert_eq!(told["path"], "g/box.step");
+    let disagreement = &report["disagreements"][0];
+    assert_eq!(disagreement["path"], "g/box.step");
     assert!(
-        told["reason"]
+        disagreement["reason"]
             .as_str()
             .unwrap()
             .contains("is plane, reference cone"),
-        "{told}"
+        "{disagreement}"
     );
 
     fs::create_dir(path.join("rough")).unwrap();
@@ -729,7 +729,7 @@ fn twice_mapped(solid: String) -> String {
 }
 
 #[test]
-fn instances_are_placed_when_they_are_asked_for() {
+fn instances_are_placed_on_request() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     fs::write(

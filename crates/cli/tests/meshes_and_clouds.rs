@@ -357,7 +357,7 @@ fn clouds_are_labeled_trained_on_and_scored() {
 }
 
 #[test]
-fn damage_is_a_line_of_the_index_and_the_rest_goes_on() {
+fn damage_is_a_line_of_the_index_and_the_rest_is_labeled() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     write(&folder.join("d/good.obj"), obj(&table(1)));
@@ -371,8 +371,8 @@ fn damage_is_a_line_of_the_index_and_the_rest_goes_on() {
     let output = program(folder, &["label", "d", "--out", "data"])
         .output()
         .unwrap();
-    let told = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(!told.contains("panicked"), "{told}");
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(!message.contains("panicked"), "{message}");
     let reason = |id: &str| {
         let shapes = index(&folder.join("data"));
         let shape = shapes.iter().find(|shape| shape["id"] == id).unwrap();
@@ -393,8 +393,8 @@ fn damage_is_a_line_of_the_index_and_the_rest_goes_on() {
     write(&folder.join("d/few.seg"), "1\n".repeat(60));
     let arguments = ["label", "d", "--out", "data", "--resume"];
     let output = program(folder, &arguments).output().unwrap();
-    let told = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(told.contains("d/few.obj is labeled again"), "{told}");
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(message.contains("d/few.obj is labeled again"), "{message}");
     assert_eq!(reason("d__few"), "");
 }
 

@@ -1,5 +1,5 @@
-//! Tests what a person is told who makes a mistake: one line on stderr, the right exit code, and nothing left behind; and
-//! what becomes of work that cannot be written.
+//! Tests the messages for users who make a mistake: one line on stderr, the right exit code, and no files left behind. Also tests
+//! what happens to work that cannot be written.
 
 #![cfg(unix)]
 #![allow(
@@ -161,7 +161,7 @@ fn an_unwritable_stdout_fails_and_an_unwritable_stderr_does_not() {
 }
 
 #[test]
-fn mistakes_are_told_on_one_line_before_anything_is_done() {
+fn mistakes_are_reported_on_one_line_before_any_work() {
     let folder = parts();
     let path = folder.path();
     fs::write(path.join("file"), "x").unwrap();
@@ -275,7 +275,7 @@ fn mistakes_are_told_on_one_line_before_anything_is_done() {
 }
 
 #[test]
-fn config_errors_name_the_place_what_is_allowed_and_the_nearest_key() {
+fn config_errors_name_the_position_the_allowed_values_and_the_nearest_key() {
     let folder = parts();
     let path = folder.path();
     let mine = |text: &str| fs::write(path.join("mine.toml"), text).unwrap();

@@ -64,12 +64,12 @@ fn the_ndarray_backend_scores_and_embeds_the_same_checkpoint_alike() {
     };
     let (flex, ndarray) = (embed("flex"), embed("ndarray"));
     assert!(!flex.is_empty() && flex.len() == ndarray.len());
-    let apart = flex
+    let difference = flex
         .iter()
         .zip(ndarray)
         .map(|(a, b)| (a - b).abs())
         .fold(0.0, f32::max);
-    assert!(apart < 1e-4, "{apart}");
+    assert!(difference < 1e-4, "{difference}");
 
     let flex = scores(&fixture);
     assert_code(

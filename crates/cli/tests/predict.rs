@@ -162,17 +162,17 @@ fn shapes_are_divided_and_other_verbs_read_the_labels() {
         "export", "ply", labeled, "--label", "ward-20", "--out", "ply",
     ]);
     assert_code(&refused, 1);
-    let told = String::from_utf8_lossy(&refused.stderr).into_owned();
+    let message = String::from_utf8_lossy(&refused.stderr).into_owned();
     assert!(
-        told.contains(
+        message.contains(
             "it has no label layer `ward-20`, only predicted, step-parts, step-parts-raw"
         ),
-        "{told}"
+        "{message}"
     );
 }
 
 #[test]
-fn parts_are_found_behind_a_mean_shift_and_idle_settings_are_refused() {
+fn parts_are_found_after_a_mean_shift_and_unused_settings_are_refused() {
     let fixture = Fixture::new();
     let data = "first/data/carriers";
     let predicted = |out: &str, more: &[&str]| {
@@ -192,10 +192,10 @@ fn parts_are_found_behind_a_mean_shift_and_idle_settings_are_refused() {
     ] {
         let output = fixture.program(&[verb, "first", data, "--out", "x", "--set", idle]);
         assert_code(&output, 2);
-        let told = String::from_utf8_lossy(&output.stderr).into_owned();
+        let message = String::from_utf8_lossy(&output.stderr).into_owned();
         assert!(
-            told.contains(&format!("--set {idle} changes nothing here")),
-            "{told}"
+            message.contains(&format!("--set {idle} changes nothing here")),
+            "{message}"
         );
     }
 }
@@ -362,14 +362,14 @@ fn step_files_meshes_and_clouds_are_prepared_as_the_training_was() {
         ),
     ] {
         let output = fixture.program(arguments);
-        let told = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert!(told.contains(error), "{arguments:?}: {told}");
+        let message = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(message.contains(error), "{arguments:?}: {message}");
         assert_code(&output, code);
     }
 }
 
 #[test]
-fn weights_that_do_not_say_what_they_were_trained_on_label_and_start_nothing() {
+fn weights_without_training_data_label_nothing_and_start_no_training() {
     let fixture = Fixture::new();
     let own = fs::read(fixture.path(WEIGHTS)).unwrap();
     let mut silent = ModelFile::from_bytes(&own, Backend::default()).unwrap();
@@ -398,20 +398,20 @@ fn weights_that_do_not_say_what_they_were_trained_on_label_and_start_nothing() {
             &path,
         ];
         let output = fixture.program(&arguments);
-        let [told, card] =
+        let [message, card] =
             [output.stderr, output.stdout].map(|bytes| String::from_utf8(bytes).unwrap());
-        told + &card
+        message + &card
     };
     // A backbone labels what it has not seen, and says of each other shape why not.
-    let told = sources(WEIGHTS);
+    let message = sources(WEIGHTS);
     assert!(
-        told.contains("the backbone was trained on this shape"),
-        "{told}"
+        message.contains("the backbone was trained on this shape"),
+        "{message}"
     );
-    let told = sources("silent.safetensors");
+    let message = sources("silent.safetensors");
     assert!(
-        told.contains("it does not say on which shapes it was trained"),
-        "{told}"
+        message.contains("it does not say on which shapes it was trained"),
+        "{message}"
     );
 
     let train = |weights: &str| {
@@ -419,10 +419,10 @@ fn weights_that_do_not_say_what_they_were_trained_on_label_and_start_nothing() {
         fixture.program(&["run", "tiny.toml", "--out", "second", "--set", &init])
     };
     let refused = train("silent.safetensors");
-    let told = String::from_utf8_lossy(&refused.stderr).into_owned();
+    let message = String::from_utf8_lossy(&refused.stderr).into_owned();
     assert!(
-        told.contains("silent.safetensors does not say on which shapes it was trained"),
-        "{told}"
+        message.contains("silent.safetensors does not say on which shapes it was trained"),
+        "{message}"
     );
     assert!(
         !fixture
@@ -457,8 +457,8 @@ fn a_library_finds_its_own_shapes_and_knows_its_backbone() {
     assert_eq!(contents(&fixture.path("library")), before);
     let full = embed("shapes", "library", &[]);
     assert_code(&full, 2);
-    let told = String::from_utf8_lossy(&full.stderr);
-    assert!(told.contains("library is not empty"), "{told}");
+    let message = String::from_utf8_lossy(&full.stderr);
+    assert!(message.contains("library is not empty"), "{message}");
 
     let step = fs::read_dir(fixture.path("first/data/step"))
         .unwrap()
@@ -531,8 +531,8 @@ fn a_library_finds_its_own_shapes_and_knows_its_backbone() {
         ),
     ] {
         let output = fixture.program(arguments);
-        let told = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert!(told.contains(error), "{arguments:?}: {told}");
+        let message = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(message.contains(error), "{arguments:?}: {message}");
         assert_code(&output, code);
     }
 }

@@ -71,13 +71,13 @@ fn a_package_makes_the_same_data_set_again() {
     ] {
         let folder = released(label, &[]);
         let path = folder.path();
-        let told = check(path, &["attach", "p", "steps", "--out", "again"], 0, "");
+        let message = check(path, &["attach", "p", "steps", "--out", "again"], 0, "");
         assert!(
-            told.contains("5 shapes attached")
-                && told.contains(
+            message.contains("5 shapes attached")
+                && message.contains(
                     "ones: 5 of 5\nwithout labels, as in the package: 1\nnot attached: 0"
                 ),
-            "{told}"
+            "{message}"
         );
         assert_eq!(carriers(&path.join("again")), carriers(&path.join("d")));
         assert_eq!(index(&path.join("again")), index(&path.join("d")));
@@ -96,10 +96,10 @@ fn files_are_found_by_their_text_under_any_name() {
         .unwrap();
     tar.finish().unwrap();
     drop(tar);
-    let told = check(path, &["attach", "p", "other", "--out", "again"], 0, "");
+    let message = check(path, &["attach", "p", "other", "--out", "again"], 0, "");
     assert!(
-        told.contains("3 shapes attached") && told.contains("not given: 3"),
-        "{told}"
+        message.contains("3 shapes attached") && message.contains("not given: 3"),
+        "{message}"
     );
     let expected = carriers(&path.join("d"));
     let attached: Vec<Vec<u8>> = carriers(&path.join("again")).into_values().collect();
@@ -117,7 +117,7 @@ fn files_are_found_by_their_text_under_any_name() {
 }
 
 #[test]
-fn other_files_are_refused_by_name_and_the_rest_goes_on() {
+fn other_files_are_refused_by_name_and_the_rest_is_attached() {
     let folder = released(&[], &[]);
     let path = folder.path();
     let text = fs::read_to_string(path.join("steps/p1.step")).unwrap();
@@ -296,10 +296,10 @@ fn an_anonymous_package_has_no_names_and_attaches_all_the_same() {
             "{text}"
         );
     }
-    let told = check(path, &["attach", "p", "steps", "--out", "again"], 0, "");
+    let message = check(path, &["attach", "p", "steps", "--out", "again"], 0, "");
     assert!(
-        told.contains("5 shapes attached with equal labels\nwithout"),
-        "{told}"
+        message.contains("5 shapes attached with equal labels\nwithout"),
+        "{message}"
     );
     assert_eq!(carriers(&path.join("again")).len(), 5);
 }
@@ -326,7 +326,7 @@ fn packages_are_joined_by_hash() {
             row.shape.labels_sha256 = Some(partprobe_release::labels_sha256(labels));
         }
     });
-    let told = check(
+    let message = check(
         path,
         &["registry", "p", "q", "r", "--out", "joined.parquet"],
         0,
@@ -337,7 +337,10 @@ fn packages_are_joined_by_hash() {
         "p and q: other settings\n  in both: 2 files, and 2 shapes of one unit\n",
         "p and r: the same settings\n  in both: 4 files, and 4 shapes of one unit\n  equal parts: 4\n  equal labels: 3\n  disagreements: 1\n    p3.step (",
     ] {
-        assert!(told.contains(expected), "`{expected}` is not in {told}");
+        assert!(
+            message.contains(expected),
+            "`{expected}` is not in {message}"
+        );
     }
     let json = check(path, &["registry", "p", "q", "r", "--json"], 0, "");
     let json: serde_json::Value = serde_json::from_str(&json).unwrap();

@@ -64,7 +64,7 @@ fn png(path: &Path) -> (u32, u32, Vec<u8>) {
 }
 
 #[test]
-fn pictures_repeat_whatever_the_input_and_the_threads() {
+fn pictures_are_the_same_for_any_input_and_number_of_threads() {
     let folder = parts();
     let path = folder.path();
     check(path, "label steps --out d --attributes normal", 0, "");

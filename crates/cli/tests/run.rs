@@ -67,11 +67,11 @@ fn run_tiny(folder: &Path, out: &str, more: &[&str]) -> (PathBuf, Output) {
 
 #[track_caller]
 fn assert_code(output: &Output, code: i32) {
-    let told = String::from_utf8_lossy(&output.stderr);
+    let message = String::from_utf8_lossy(&output.stderr);
     assert_eq!(
         output.status.code(),
         Some(code),
-        "{told}\n{}",
+        "{message}\n{}",
         String::from_utf8_lossy(&output.stdout)
     );
 }
@@ -114,7 +114,7 @@ fn assert_same_files(a: &Path, b: &Path) {
 }
 
 #[test]
-fn threads_and_resuming_leave_every_byte_alone() {
+fn threads_and_resuming_change_no_byte() {
     let folder = tempfile::tempdir().unwrap();
     let (one, output) = run_tiny(folder.path(), "one", &["--jobs", "1"]);
     assert_code(&output, 0);
@@ -290,7 +290,7 @@ fn the_stages_alone_give_what_the_run_gives() {
 }
 
 #[test]
-fn a_run_goes_on_with_the_data_that_it_began_with() {
+fn a_run_is_resumed_with_its_original_data() {
     let folder = tempfile::tempdir().unwrap();
     let (out, output) = run_tiny(folder.path(), "run", &["--data", "no-such-folder"]);
     assert_code(&output, 2);
@@ -313,10 +313,10 @@ fn a_missed_expectation_is_named_and_ends_in_3() {
     let expect = r#"expect."step-parts/step-parts.miou"=">= 1.01""#;
     let (missed, output) = run_tiny(folder.path(), "missed", &["--set", expect]);
     assert_code(&output, 3);
-    let told = String::from_utf8_lossy(&output.stdout).into_owned();
+    let message = String::from_utf8_lossy(&output.stdout).into_owned();
     assert!(
-        told.contains("missed: ") && told.contains("step-parts/step-parts.miou"),
-        "{told}"
+        message.contains("missed: ") && message.contains("step-parts/step-parts.miou"),
+        "{message}"
     );
     let outcomes = fs::read(missed.join("expectations.json")).unwrap();
     let outcomes: serde_json::Value = serde_json::from_slice(&outcomes).unwrap();
@@ -359,7 +359,7 @@ fn the_example_workflow_trains_and_keeps_files_that_exist() {
 }
 
 #[test]
-fn what_is_asked_wrongly_is_refused_before_any_work() {
+fn wrong_usage_is_refused_before_any_work() {
     let folder = tempfile::tempdir().unwrap();
     for (set, expected) in [
         ("train.stepz=1", "stepz"),
@@ -368,8 +368,8 @@ fn what_is_asked_wrongly_is_refused_before_any_work() {
     ] {
         let (out, output) = run_tiny(folder.path(), "refused", &["--set", set]);
         assert_code(&output, 2);
-        let told = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert!(told.contains(expected), "{told}");
+        let message = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(message.contains(expected), "{message}");
         assert!(!out.join("data").exists(), "work was done for {set}");
     }
     assert_code(&program(&["run"]), 2);

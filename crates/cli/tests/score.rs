@@ -46,10 +46,10 @@ fn printed(output: &Output) -> String {
 }
 
 #[track_caller]
-fn assert_outcome(output: &Output, code: i32, told: &str) {
+fn assert_outcome(output: &Output, code: i32, message: &str) {
     let printed = printed(output);
     assert_eq!(output.status.code(), Some(code), "{printed}");
-    assert!(printed.contains(told), "{printed}");
+    assert!(printed.contains(message), "{printed}");
 }
 
 #[test]
@@ -84,13 +84,13 @@ fn clusters_and_embeddings_are_scored() {
 }
 
 #[test]
-fn a_missed_bound_ends_in_3_and_stands_in_the_report() {
+fn a_missed_bound_ends_in_3_and_is_in_the_report() {
     let folder = tempfile::tempdir().unwrap();
     two_parts(&folder.path().join("scored/a.npz"));
-    let check = |bounds: &str, code: i32, told: &str| {
+    let check = |bounds: &str, code: i32, message: &str| {
         fs::write(folder.path().join("bounds.toml"), bounds).unwrap();
         let args = ["scored", "--expect", "bounds.toml", "--junit", "report.xml"];
-        assert_outcome(&score(folder.path(), &args), code, told);
+        assert_outcome(&score(folder.path(), &args), code, message);
     };
     check(
         "\"k-means.miou\" = \">= 0.9\"",
@@ -125,12 +125,12 @@ fn damaged_files_are_named_and_the_others_are_scored() {
     );
     let output = score(folder.path(), &["scored"]);
     assert_outcome(&output, 1, "2 files could not be scored");
-    for told in [
+    for message in [
         "scored/b.npz: ",
         "scored/c.npz: there is neither a member `predicted`",
         "| `scored` |",
     ] {
-        assert!(printed(&output).contains(told), "{}", printed(&output));
+        assert!(printed(&output).contains(message), "{}", printed(&output));
     }
 
     assert_outcome(&score(folder.path(), &["nowhere"]), 2, "reading nowhere");

@@ -136,7 +136,7 @@ fn what_cannot_be_read_is_named() {
 }
 
 #[test]
-fn tables_are_markdown_in_a_pipe_unless_text_is_asked_for() {
+fn tables_are_markdown_in_a_pipe_unless_text_is_requested() {
     let folder = tempfile::tempdir().unwrap();
     let piped = check(folder.path(), &["config", "list"], 0, "");
     assert!(

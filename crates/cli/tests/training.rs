@@ -51,7 +51,7 @@ fn lines_of(path: &Path, event: &str) -> Vec<serde_json::Value> {
 }
 
 #[test]
-fn a_killed_training_goes_on_to_the_same_bytes() {
+fn a_killed_training_is_resumed_to_the_same_bytes() {
     let fixture = Fixture::new();
     let through = fixture.weights("first");
     for (out, more) in [
@@ -97,9 +97,9 @@ fn a_time_limit_stops_with_a_checkpoint() {
     let fixture = Fixture::new();
     let output = fixture.train("limited", &["--stop-after", "0"]);
     assert_code(&output, 130);
-    let told = String::from_utf8_lossy(&output.stderr);
-    assert!(told.contains("stopped at step 1 of 6"), "{told}");
-    assert!(!told.contains("error:"), "{told}");
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert!(message.contains("stopped at step 1 of 6"), "{message}");
+    assert!(!message.contains("error:"), "{message}");
     assert_code(&fixture.train("limited", &["--resume"]), 0);
     assert!(fixture.weights("limited") == fixture.weights("first"));
     assert_code(&fixture.train("refused", &["--stop-after", "soon"]), 2);
@@ -215,20 +215,20 @@ fn an_update_that_diverges_is_kept_and_can_be_repeated() {
 
     let output = fixture.train("diverging", &["--resume"]);
     assert_code(&output, 1);
-    let told = String::from_utf8_lossy(&output.stderr).into_owned();
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(
-        told.contains("step 2: shape `") && told.contains("partprobe replay"),
-        "{told}"
+        message.contains("step 2: shape `") && message.contains("partprobe replay"),
+        "{message}"
     );
-    let shape = told.split('`').nth(1).unwrap().to_owned();
+    let shape = message.split('`').nth(1).unwrap().to_owned();
     let output = fixture.program(&["replay", "diverging/diverged/step-parts-0"]);
     assert_code(&output, 1);
-    let told = String::from_utf8_lossy(&output.stdout).into_owned();
+    let message = String::from_utf8_lossy(&output.stdout).into_owned();
     assert!(
-        told.contains(&format!(
+        message.contains(&format!(
             "{shape}: step 2: shape `{shape}` gave numbers that are not finite"
         )),
-        "{told}"
+        "{message}"
     );
     assert_code(&fixture.program(&["replay", "first"]), 2);
 }
@@ -303,8 +303,8 @@ fn every_fault_misses_an_expectation() {
     ] {
         let output = run(fault, &[&data[..], &[flag, fault]].concat());
         assert_code(&output, 3);
-        let told = String::from_utf8_lossy(&output.stdout).into_owned();
-        assert!(told.contains(missed), "{fault}: {told}");
+        let message = String::from_utf8_lossy(&output.stdout).into_owned();
+        assert!(message.contains(missed), "{fault}: {message}");
     }
     // What is finished misses its bounds again. A training with a fault is never resumed without it.
     let resumed = || run("flip-loss", &[&data[..], &["--resume"]].concat());
@@ -313,10 +313,10 @@ fn every_fault_misses_an_expectation() {
     fs::remove_file(fixture.path(weights)).unwrap();
     let output = resumed();
     assert_code(&output, 1);
-    let told = String::from_utf8_lossy(&output.stderr).into_owned();
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(
-        told.contains("was not trained on this run's shapes"),
-        "{told}"
+        message.contains("was not trained on this run's shapes"),
+        "{message}"
     );
 }
 
@@ -391,14 +391,14 @@ fn anything_with_a_surface_or_points_is_embedded() {
         ];
         let output = fixture.program(&[&fixed[..], more].concat());
         assert_code(&output, 1);
-        let told = String::from_utf8_lossy(&output.stderr).into_owned();
+        let message = String::from_utf8_lossy(&output.stderr).into_owned();
         assert!(
-            told.contains("e.ply: points need a normal each") && told.contains("f.txt"),
-            "{told}"
+            message.contains("e.ply: points need a normal each") && message.contains("f.txt"),
+            "{message}"
         );
         assert!(
-            told.contains("2 of 6 files could not be embedded; the others are written"),
-            "{told}"
+            message.contains("2 of 6 files could not be embedded; the others are written"),
+            "{message}"
         );
         assert_eq!(String::from_utf8_lossy(&output.stdout).lines().count(), 4);
     };
@@ -450,8 +450,8 @@ fn anything_with_a_surface_or_points_is_embedded() {
     fs::write(fixture.path("one/x.obj"), larger).unwrap();
     let output = fixture.program(&[&twins[..], &["--resume"]].concat());
     assert_code(&output, 0);
-    let told = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(told.contains("1 file was there already"), "{told}");
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(message.contains("1 file was there already"), "{message}");
     let after = ["one__x.npz", "two__x.npz"].map(file);
     assert!(after[0] != before[0] && after[1] == before[1]);
     assert_code(
@@ -482,10 +482,10 @@ fn frozen_parts_keep_their_bytes_and_others_change() {
     }
     let output = fixture.train("misspelt", &["--set", r#"train.freeze=["encodr.0"]"#]);
     assert_code(&output, 2);
-    let told = String::from_utf8_lossy(&output.stderr).into_owned();
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(
-        told.contains("no part `encodr.0`; did you mean `encoder.0`?"),
-        "{told}"
+        message.contains("no part `encodr.0`; did you mean `encoder.0`?"),
+        "{message}"
     );
     assert!(!fixture.path("misspelt").exists());
 }
@@ -571,8 +571,11 @@ fn a_longer_training_has_the_validations_of_one_of_that_length() {
     assert_code(&longer("best", "4", "6", &[]).0, 0);
     let (refused, _) = longer("best", "4", "9", &["--resume"]);
     assert_code(&refused, 2);
-    let told = String::from_utf8_lossy(&refused.stderr).into_owned();
-    assert!(told.contains("a multiple of train.valid_every"), "{told}");
+    let message = String::from_utf8_lossy(&refused.stderr).into_owned();
+    assert!(
+        message.contains("a multiple of train.valid_every"),
+        "{message}"
+    );
 
     assert_code(&longer("best", "3", "6", &[]).0, 0);
     assert_code(&longer("best", "3", "9", &["--resume"]).0, 0);
@@ -588,19 +591,25 @@ fn a_cool_down_fits_into_the_training_and_into_its_new_updates() {
         );
         let sets = ["--set", &schedule, "--set", &steps];
         let output = fixture.train("cooled", &[&sets[..], more].concat());
-        let told = String::from_utf8_lossy(&output.stderr).into_owned();
-        (output.status.code(), told)
+        let message = String::from_utf8_lossy(&output.stderr).into_owned();
+        (output.status.code(), message)
     };
     let trapezoid = |up: usize, down: usize| {
         format!(r#"{{type="trapezoid", warmup_steps={up}, cooldown_steps={down}}}"#)
     };
-    let (code, told) = train(&trapezoid(5, 5), "6", &[]);
-    assert_eq!(code, Some(2), "{told}");
-    assert!(told.contains("optim.schedule must leave room"), "{told}");
+    let (code, message) = train(&trapezoid(5, 5), "6", &[]);
+    assert_eq!(code, Some(2), "{message}");
+    assert!(
+        message.contains("optim.schedule must leave room"),
+        "{message}"
+    );
     assert_eq!(train(&trapezoid(2, 0), "6", &[]).0, Some(0));
-    let (code, told) = train(&trapezoid(2, 5), "9", &["--resume"]);
-    assert_eq!(code, Some(2), "{told}");
-    assert!(told.contains("cooldown_steps can be at most 3"), "{told}");
+    let (code, message) = train(&trapezoid(2, 5), "9", &["--resume"]);
+    assert_eq!(code, Some(2), "{message}");
+    assert!(
+        message.contains("cooldown_steps can be at most 3"),
+        "{message}"
+    );
 }
 
 #[test]
@@ -610,13 +619,13 @@ fn a_schedule_that_spans_all_steps_is_not_made_longer() {
     assert_code(&fixture.train("mine", &[]), 0);
     let output = fixture.train("mine", &["--resume", "--set", "train.steps=9"]);
     assert_code(&output, 2);
-    let told = String::from_utf8_lossy(&output.stderr).into_owned();
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
     for text in [
         "train.steps is 6, not 9",
         "must give all former updates the same learning rate",
         "--init",
     ] {
-        assert!(told.contains(text), "{told}");
+        assert!(message.contains(text), "{message}");
     }
     assert!(fixture.weights("mine") == before);
     assert_code(&fixture.train("mine", &["--resume"]), 0);

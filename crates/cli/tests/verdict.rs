@@ -103,7 +103,7 @@ fn wrong_questions_are_refused() {
 }
 
 #[test]
-fn trainings_that_differ_in_their_seeds_alone_are_counted() {
+fn trainings_that_differ_only_in_their_seeds_are_counted() {
     let root = tempfile::tempdir().unwrap();
     generated_parts(root.path(), "40");
     let run = |out: &str, seeds: &str| {

@@ -174,7 +174,7 @@ mod tests {
     }
 
     #[test]
-    fn directions_alone_count_on_the_sphere() {
+    fn only_directions_count_on_the_sphere() {
         let values = [1.0, 0.0, 100.0, 1.0, 0.0, 0.01, 0.0, 50.0, 0.0, 0.0];
         let clusters = spherical_kmeans(
             &rows(2, &values),
@@ -257,7 +257,7 @@ mod tests {
         }
 
         #[test]
-        fn a_multiplicity_is_that_many_rows(weights in proptest::collection::vec(1u32..4, 6)) {
+        fn a_multiplicity_counts_as_that_number_of_rows(weights in proptest::collection::vec(1u32..4, 6)) {
             let positions = [0.0f32, 0.1, 5.0, 5.1, 9.0, 9.1];
             let repeated: Vec<f32> = positions.iter().zip(&weights).flat_map(|(&x, &n)| vec![x; n as usize]).collect();
             let settings = KMeansSettings::with_k(3);

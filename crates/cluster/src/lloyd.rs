@@ -52,7 +52,7 @@ impl<'a> Lloyd<'a> {
             lower,
         };
         for row in 0..points.n_rows() {
-            state.add_to_sum(row, state.own(row), 1.0);
+            state.add_to_sum(row, state.cluster_of(row), 1.0);
         }
         state
     }
@@ -75,7 +75,8 @@ impl<'a> Lloyd<'a> {
 
     /// The sum, over points, of the squared distance to the own center.
     pub(crate) fn objective(&self) -> f64 {
-        let squared = |row| squared_distance(self.points.row(row), self.center(self.own(row)));
+        let squared =
+            |row| squared_distance(self.points.row(row), self.center(self.cluster_of(row)));
         let weights = self.points.weights.iter().enumerate();
         weights
             .map(|(row, &weight)| f64::from(weight) * f64::from(squared(row)))
@@ -88,7 +89,7 @@ impl<'a> Lloyd<'a> {
     }
 
     #[inline(always)]
-    fn own(&self, row: usize) -> usize {
+    fn cluster_of(&self, row: usize) -> usize {
         self.assignment[row] as usize
     }
 
@@ -117,7 +118,7 @@ impl<'a> Lloyd<'a> {
 
     #[inline(always)]
     fn change_cluster(&mut self, row: usize, to: usize) {
-        self.add_to_sum(row, self.own(row), -1.0);
+        self.add_to_sum(row, self.cluster_of(row), -1.0);
         self.add_to_sum(row, to, 1.0);
         self.assignment[row] = to as u32;
     }
@@ -141,11 +142,11 @@ impl<'a> Lloyd<'a> {
         let mut farthest = None;
         let mut longest = 0.0;
         for (row, &weight) in self.points.weights.iter().enumerate() {
-            let is_alone = self.totals[self.own(row)] <= u64::from(weight);
+            let is_alone = self.totals[self.cluster_of(row)] <= u64::from(weight);
             if weight == 0 || is_alone {
                 continue;
             }
-            let distance = self.distance(row, self.own(row));
+            let distance = self.distance(row, self.cluster_of(row));
             if longest < distance {
                 longest = distance;
                 farthest = Some(row);
@@ -209,7 +210,7 @@ impl<'a> Lloyd<'a> {
         let gaps = self.half_gaps();
         let mut any_changed = false;
         for row in 0..self.points.n_rows() {
-            let own = self.own(row);
+            let own = self.cluster_of(row);
             let nearest_gap = gaps[own * self.k + own];
             if self.upper[row] <= nearest_gap {
                 continue;
@@ -241,17 +242,17 @@ impl<'a> Lloyd<'a> {
     #[inline(always)]
     fn nearest_center(&mut self, row: usize, gaps: &[f32]) -> usize {
         let k = self.k;
-        let mut nearest = self.own(row);
+        let mut nearest = self.cluster_of(row);
         let mut is_exact = false;
         for j in 0..k {
-            if j == nearest || self.is_ruled_out(row, j, nearest, gaps) {
+            if j == nearest || self.cannot_be_nearer(row, j, nearest, gaps) {
                 continue;
             }
             if !is_exact {
                 self.upper[row] = self.distance(row, nearest);
                 self.lower[row * k + nearest] = self.upper[row];
                 is_exact = true;
-                if self.is_ruled_out(row, j, nearest, gaps) {
+                if self.cannot_be_nearer(row, j, nearest, gaps) {
                     continue;
                 }
             }
@@ -268,7 +269,7 @@ impl<'a> Lloyd<'a> {
 
     /// Whether the bounds prove that center `j` is not nearer to the row than center `nearest` (lemma 1 of Elkan 2003).
     #[inline(always)]
-    fn is_ruled_out(&self, row: usize, j: usize, nearest: usize, gaps: &[f32]) -> bool {
+    fn cannot_be_nearer(&self, row: usize, j: usize, nearest: usize, gaps: &[f32]) -> bool {
         let upper = self.upper[row];
         upper <= self.lower[row * self.k + j] || upper <= gaps[nearest * self.k + j]
     }

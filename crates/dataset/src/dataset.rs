@@ -59,7 +59,7 @@ pub enum DatasetError {
 }
 
 impl DatasetError {
-    /// Whether the folder is valid, but the caller requests something that it does not contain.
+    /// Whether the caller gave the wrong folder: it is not a data set, is unfinished, or has no carriers.
     #[must_use]
     pub fn is_misuse(&self) -> bool {
         matches!(

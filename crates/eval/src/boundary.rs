@@ -117,7 +117,7 @@ mod tests {
     use proptest::prelude::*;
 
     #[test]
-    fn only_the_points_beside_the_boundary_are_near() {
+    fn only_points_close_to_the_boundary_are_near() {
         // Along a line of length 100, parts meet between 49 and 50.
         let points: Vec<[f32; 3]> = (0..=100).map(|x| [x as f32, 0.0, 0.0]).collect();
         let labels: Vec<i32> = (0..=100).map(|x| i32::from(x >= 50)).collect();

@@ -71,7 +71,7 @@ pub fn false_alarms(
     for number in 0..N_VERDICTS {
         let drawn = shuffled(&seeds, number as u64);
         let n = LOOK_LIMITS.len();
-        n_false_verdicts += usize::from(arms.is_told(&drawn[..n], &drawn[n..2 * n])?);
+        n_false_verdicts += usize::from(arms.finds_difference(&drawn[..n], &drawn[n..2 * n])?);
     }
     Some(FalseAlarms {
         supervision: supervision.to_owned(),
@@ -150,7 +150,7 @@ impl Arms<'_> {
     }
 
     /// Whether one of the looks finds an arm better.
-    fn is_told(&self, first: &[u64], second: &[u64]) -> Option<bool> {
+    fn finds_difference(&self, first: &[u64], second: &[u64]) -> Option<bool> {
         for n in 1..=first.len() {
             let found = look(&self.rows(&first[..n], &second[..n]), self.settings).ok()?;
             if found.verdict != Verdict::CannotTell {

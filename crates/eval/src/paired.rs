@@ -341,7 +341,7 @@ mod tests {
     }
 
     #[test]
-    fn enough_draws_let_one_of_many_tests_be_found() {
+    fn enough_draws_make_one_of_many_tests_significant() {
         for n_tests in [1, 20, 598] {
             let draws = least_draws(n_tests);
             let mut p = vec![1.0; n_tests];
@@ -370,7 +370,7 @@ mod tests {
     }
 
     #[test]
-    fn a_known_variance_of_the_seeds_is_the_least_that_counts() {
+    fn a_known_variance_of_the_seeds_is_a_lower_bound() {
         for n_seeds in [1, 3] {
             let groups = planted(0.0, 30, n_seeds, &mut keyed_rng(8, &["planted"]));
             let error = |seed_variance| {
@@ -387,7 +387,7 @@ mod tests {
     }
 
     #[test]
-    fn too_few_groups_have_a_mean_alone() {
+    fn too_few_groups_have_only_a_mean() {
         let groups = planted(0.0, 9, 2, &mut keyed_rng(9, &["planted"]));
         let found = tested(&groups);
         assert_eq!(

@@ -203,7 +203,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn classes_that_lie_apart_are_found_by_both_probes() {
+    fn separated_classes_are_found_by_both_probes() {
         // Three bundles, of which every second row is learned. The last row is in the bundle of class 0 but has class 1.
         let row = |degrees: f32| [degrees.to_radians().cos(), degrees.to_radians().sin()];
         let degrees = [0.0, 2.0, 4.0, 6.0, 120.0, 121.0, 122.0, 240.0, 243.0, 3.0];
@@ -226,7 +226,7 @@ mod tests {
     }
 
     #[test]
-    fn a_factor_solves_its_system() {
+    fn a_factorization_solves_its_system() {
         let mut matrix = vec![vec![4.0, 0.0], vec![2.0, 3.0]];
         factorize(&mut matrix);
         // 4x + 2y = 10 and 2x + 3y = 9.

@@ -99,7 +99,7 @@ pub enum VerdictError {
 const SMALLEST_OF_INTEREST: f64 = 0.01;
 
 /// The number of standard errors that a difference must have at the last look.
-const ERRORS_TO_TELL: f64 = 2.004;
+const MIN_STANDARD_ERRORS: f64 = 2.004;
 
 /// Looks at the scores of the seeds that are done. The number of the look is that of the seeds.
 ///
@@ -154,7 +154,7 @@ impl Look {
     #[must_use]
     pub fn needed(&self) -> Needed {
         let difference = self.difference.mean.abs().max(SMALLEST_OF_INTEREST);
-        let allowed = (difference / ERRORS_TO_TELL).powi(2);
+        let allowed = (difference / MIN_STANDARD_ERRORS).powi(2);
         let left = allowed - self.shape_variance;
         if left > 0.0 {
             let n_seeds = (self.seed_variance / left).ceil() as usize;
@@ -303,7 +303,7 @@ mod tests {
     }
 
     #[test]
-    fn a_large_difference_is_told_at_once_and_none_never() {
+    fn a_large_difference_is_found_at_once_and_no_difference_never() {
         let both = settings(&["mine", "step-parts"]);
         for (differences, n_seeds, expected) in [
             ([0.2, 0.2], 1, Verdict::Better),

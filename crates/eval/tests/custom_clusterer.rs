@@ -77,7 +77,7 @@ fn a_clusterer_of_another_crate_is_scored_like_those_of_the_list() {
 }
 
 #[test]
-fn its_refusals_reach_the_caller() {
+fn refusals_of_a_clusterer_reach_the_caller() {
     let embeddings = Embeddings::new(1, vec![0.0, f32::NAN]).unwrap();
     let shape = TokenizedShape {
         id: "a",

@@ -35,7 +35,7 @@ pub struct JoinedLabels {
 
 impl JoinedLabels {
     /// The same labels with another description of the join, in the report and in their origin.
-    pub(crate) fn with_way(mut self, by: String) -> Self {
+    pub(crate) fn with_join_text(mut self, by: String) -> Self {
         self.report.by = by;
         let content_hash = self
             .labels

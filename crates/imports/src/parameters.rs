@@ -55,7 +55,7 @@ pub fn number(
 ///
 /// # Errors
 /// If the value is not one.
-pub fn whole_number(
+pub fn integer_parameter(
     context: &SourceContext,
     key: &'static str,
     range: RangeInclusive<u64>,

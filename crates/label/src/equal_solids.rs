@@ -78,7 +78,7 @@ mod tests {
     }
 
     #[test]
-    fn generic_names_tell_nothing() {
+    fn generic_names_are_ignored() {
         for name in [
             "Part 1",
             "Body12",

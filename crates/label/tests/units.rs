@@ -107,9 +107,9 @@ fn what_cannot_be_labeled_says_why() {
         (|options: &mut LabelOptions| options.unit = Unit::Solid) as fn(&mut LabelOptions),
         |options| options.instances = true,
     ] {
-        let mut asked = options(ask);
-        asked.kernel = Kernel::Truck;
-        let error = label(part.step.as_bytes(), "x", &asked).unwrap_err();
+        let mut requested = options(ask);
+        requested.kernel = Kernel::Truck;
+        let error = label(part.step.as_bytes(), "x", &requested).unwrap_err();
         assert_eq!(error, LabelError::WholeFilesOnly);
     }
 
@@ -120,8 +120,8 @@ fn what_cannot_be_labeled_says_why() {
         ),
         ("wards", "`wards` is not a label source"),
     ] {
-        let asked = options(|options| options.layers = vec![name.to_owned()]);
-        let error = label(part.step.as_bytes(), "x", &asked).unwrap_err();
+        let requested = options(|options| options.layers = vec![name.to_owned()]);
+        let error = label(part.step.as_bytes(), "x", &requested).unwrap_err();
         assert!(error.to_string().starts_with(reason), "{error}");
     }
 

@@ -29,12 +29,12 @@ pub enum OnnxError {
     },
     /// Two sources of one config name different libraries.
     #[error(
-        "`runtime` is {asked}, but this program has already loaded {loaded}, and it can load only one; use the same \
+        "`runtime` is {requested}, but this program has already loaded {loaded}, and it can load only one; use the same \
          `runtime` for all sources of a config"
     )]
     OtherLibrary {
         /// The requested path.
-        asked: String,
+        requested: String,
         /// The path of the library that is in use.
         loaded: String,
     },

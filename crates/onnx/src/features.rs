@@ -188,8 +188,8 @@ impl FeatureModel {
     }
 
     fn rows(&self, output: OutputTensor, n_rows: usize) -> Result<Embeddings, OnnxError> {
-        let asked = self.settings.features_layout;
-        let (layout, length) = layout_of_output(&output.shape, n_rows, asked)
+        let requested = self.settings.features_layout;
+        let (layout, length) = layout_of_output(&output.shape, n_rows, requested)
             .map_err(|problem| self.no_output_layout(problem, &output.shape, n_rows))?;
         let values = layout.unpack(output.values, n_rows);
         if let Some(at) = values.iter().position(|value| !value.is_finite()) {
@@ -351,9 +351,9 @@ fn wrong_element(path: &str, spec: &TensorSpec, expected: &'static str) -> OnnxE
 fn output_name(
     path: &str,
     outputs: &[TensorSpec],
-    asked: Option<&str>,
+    requested: Option<&str>,
 ) -> Result<String, OnnxError> {
-    let found = match (asked, outputs) {
+    let found = match (requested, outputs) {
         (None, [only]) => only,
         (None, _) => {
             return Err(OnnxError::WhichOutput {

@@ -101,7 +101,7 @@ mod tests {
     }
 
     #[test]
-    fn points_depend_on_the_seed_and_the_shape_alone() {
+    fn points_depend_only_on_the_seed_and_the_shape() {
         let points = |seed, key| Items::of_points(&mesh(), 40, seed, key).unwrap();
         assert_eq!(points(0, "a"), points(0, "a"));
         assert_ne!(points(0, "a"), points(1, "a"));

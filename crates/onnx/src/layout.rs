@@ -75,18 +75,18 @@ impl Placement {
     pub(crate) fn of_input(
         declared: &[Option<usize>],
         length: usize,
-        asked: Option<Layout>,
+        requested: Option<Layout>,
     ) -> Result<Self, NoLayout> {
         let (has_batch, pair) = without_batch(declared).ok_or(NoLayout::Unfit)?;
         // If one dimension is fixed and the other is not, the fixed one is the length, unless the user says otherwise.
         let may_be = |layout: Layout| {
             let [n_rows, length] = layout.rows_and_length(pair);
-            length.is_none() && (n_rows.is_none() || asked.is_some())
+            length.is_none() && (n_rows.is_none() || requested.is_some())
         };
         // A dimension that is fixed to the length has priority over one that may have any size.
         let is_fixed = |layout: Layout| layout.rows_and_length(pair)[1] == Some(length);
-        let layout = match only_layout(asked, is_fixed) {
-            Err(NoLayout::Unfit) => only_layout(asked, may_be),
+        let layout = match only_layout(requested, is_fixed) {
+            Err(NoLayout::Unfit) => only_layout(requested, may_be),
             found => found,
         }?;
         Ok(Self {
@@ -108,12 +108,12 @@ impl Placement {
 pub(crate) fn layout_of_output(
     shape: &[usize],
     n_rows: usize,
-    asked: Option<Layout>,
+    requested: Option<Layout>,
 ) -> Result<(Layout, usize), NoLayout> {
     let declared: Vec<Option<usize>> = shape.iter().copied().map(Some).collect();
     let (_, pair) = without_batch(&declared).ok_or(NoLayout::Unfit)?;
     let fits = |layout: Layout| layout.rows_and_length(pair)[0] == Some(n_rows);
-    let layout = only_layout(asked, fits)?;
+    let layout = only_layout(requested, fits)?;
     let length = layout.rows_and_length(pair)[1].unwrap_or_default();
     if length == 0 {
         return Err(NoLayout::Unfit);
@@ -131,10 +131,13 @@ fn without_batch(shape: &[Option<usize>]) -> Option<(bool, [Option<usize>; 2])> 
 }
 
 /// The only layout that fits, among both or among the requested one.
-fn only_layout(asked: Option<Layout>, fits: impl Fn(Layout) -> bool) -> Result<Layout, NoLayout> {
+fn only_layout(
+    requested: Option<Layout>,
+    fits: impl Fn(Layout) -> bool,
+) -> Result<Layout, NoLayout> {
     let candidates = Layout::ALL
         .into_iter()
-        .filter(|&layout| asked.is_none_or(|asked| asked == layout) && fits(layout));
+        .filter(|&layout| requested.is_none_or(|requested| requested == layout) && fits(layout));
     match candidates.collect::<Vec<Layout>>()[..] {
         [only] => Ok(only),
         [] => Err(NoLayout::Unfit),
@@ -166,10 +169,10 @@ mod tests {
     #[track_caller]
     fn check_input(
         declared: &[Option<usize>],
-        asked: Option<Layout>,
+        requested: Option<Layout>,
         expected: Result<&[usize], NoLayout>,
     ) {
-        let placement = Placement::of_input(declared, 6, asked);
+        let placement = Placement::of_input(declared, 6, requested);
         let shape = placement.map(|placement| placement.shape(50, 6));
         assert_eq!(shape.as_deref(), expected.as_deref());
     }
@@ -196,8 +199,12 @@ mod tests {
 
     #[test]
     fn the_dimension_with_as_many_rows_as_went_in_is_that_of_the_rows() {
-        let check = |shape: &[usize], asked, expected| {
-            assert_eq!(layout_of_output(shape, 50, asked), expected, "{shape:?}");
+        let check = |shape: &[usize], requested, expected| {
+            assert_eq!(
+                layout_of_output(shape, 50, requested),
+                expected,
+                "{shape:?}"
+            );
         };
         check(&[50, 16], None, Ok((Layout::Rows, 16)));
         check(&[1, 16, 50], None, Ok((Layout::Columns, 16)));

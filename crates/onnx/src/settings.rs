@@ -3,7 +3,7 @@
 use crate::clustering::{Algorithm, ClusterCount, Clustering, Metric};
 use crate::frame::Frame;
 use crate::layout::Layout;
-use partprobe_imports::parameters::{choice, number, whole_number};
+use partprobe_imports::parameters::{choice, integer_parameter, number};
 use partprobe_imports::{ImportError, ParameterKey};
 use partprobe_sources::SourceContext;
 
@@ -130,7 +130,7 @@ impl Settings {
             )?,
             factor: number(context, "factor", 1e-9..=1e9, 1.0)?,
             clustering: clustering(context)?,
-            seed: whole_number(context, "seed", 0..=u64::MAX, 0)?,
+            seed: integer_parameter(context, "seed", 0..=u64::MAX, 0)?,
         })
     }
 }
@@ -141,7 +141,7 @@ fn per(context: &SourceContext) -> Result<Per, ImportError> {
         ensure_unset(context, "triangles", "unset if `per` is `point`")?;
         let n_points = match context.parameter("points") {
             None => None,
-            Some(_) => Some(whole_number(context, "points", 1..=10_000_000, 0)? as usize),
+            Some(_) => Some(integer_parameter(context, "points", 1..=10_000_000, 0)? as usize),
         };
         return Ok(Per::Point { n_points });
     }
@@ -178,7 +178,7 @@ fn layout(context: &SourceContext, key: &'static str) -> Result<Option<Layout>, 
 }
 
 fn clustering(context: &SourceContext) -> Result<Clustering, ImportError> {
-    let max_k = whole_number(context, "max_k", 2..=MAX_CLUSTERS, 20)? as usize;
+    let max_k = integer_parameter(context, "max_k", 2..=MAX_CLUSTERS, 20)? as usize;
     Ok(Clustering {
         algorithm: choice(
             context,

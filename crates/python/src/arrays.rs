@@ -1,6 +1,6 @@
-//! Converts the arrays of carriers and samples to arrays of NumPy.
+//! Converts the arrays of carriers and samples to NumPy arrays.
 //!
-//! NumPy gets the numbers without a copy. Integers become `int64`. Only `uint64` is kept, because `#` numbers may not fit into
+//! NumPy gets the numbers without a copy. Integers become `int64`. Only `uint64` stays the same, because `#` numbers may not fit into
 //! `int64`.
 
 use numpy::{Element, PyArray1, PyArrayMethods};
@@ -26,7 +26,7 @@ pub(crate) fn numpy_array(py: Python<'_>, array: Array) -> PyResult<Bound<'_, Py
     }
 }
 
-/// Numbers of 64 bits, which index tensors.
+/// The values as 64-bit numbers, which can index tensors.
 pub(crate) fn widened<T: Copy + Into<i64>>(values: &[T]) -> Vec<i64> {
     values.iter().map(|&value| value.into()).collect()
 }
@@ -56,7 +56,7 @@ fn texts(py: Python<'_>, values: Vec<String>) -> PyResult<Bound<'_, PyAny>> {
         .call_method(intern!(py, "array"), (values,), Some(&options))
 }
 
-/// Arrays that are made at the first access and kept. They are read-only, because others may also use them.
+/// Arrays that are made at the first access and then kept. They are read-only, because several users may share them.
 #[derive(Debug)]
 pub(crate) struct KeptArrays(Py<PyDict>);
 

@@ -1,7 +1,7 @@
-//! Computes on a separate thread, so that Python continues to run and reacts to Ctrl-C.
+//! Computes on a separate thread, so that Python keeps running and reacts to Ctrl-C.
 //!
-//! A computation goes in, and its result comes out. If the user interrupts, the caller gets `KeyboardInterrupt` at once.
-//! The thread cannot be stopped: it ends when its computation does, and its result is dropped.
+//! If the user interrupts, the caller gets `KeyboardInterrupt` at once. The thread cannot be stopped: it ends when its
+//! computation ends, and the result is dropped.
 
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
@@ -17,7 +17,7 @@ const STACK_BYTES: usize = 64 << 20;
 /// Runs a computation without the interpreter's lock.
 ///
 /// # Errors
-/// If the user interrupts, the system gives no thread, or the computation panics.
+/// If the user interrupts, the system cannot start a thread, or the computation panics.
 pub(crate) fn compute<T: Send + 'static>(
     py: Python<'_>,
     computation: impl FnOnce() -> T + Send + 'static,

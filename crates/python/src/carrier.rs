@@ -1,4 +1,4 @@
-//! The class `Carrier`: a labeled mesh with the graph of its faces.
+//! Defines the class `Carrier`: a labeled mesh with the graph of its faces.
 //!
 //! The arrays have the names of the members of a carrier file. The carrier itself never changes.
 
@@ -20,10 +20,10 @@ use pyo3::types::{PyBytes, PyDict, PyTuple, PyType};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// A labeled mesh: triangles that know their face, the graph of the faces, and the part of each face.
+/// A labeled mesh: triangles with their faces, the graph of the faces, and the part of each face.
 ///
 /// V, T, F and E are the numbers of vertices, triangles, faces and shared edges. Lengths are in millimeters, areas in square
-/// millimeters, angles in degrees. All arrays can be read only; `array.copy()` gives one that can be written to.
+/// millimeters, angles in degrees. All arrays are read-only; `array.copy()` gives a writable one.
 ///
 /// >>> import partprobe
 /// >>> carrier = partprobe.label(partprobe.synth(seed=7), id="bracket")
@@ -68,7 +68,7 @@ pub(crate) fn source_labels(
     }
 }
 
-/// The carrier in a file.
+/// Reads the carrier in a file.
 ///
 /// # Errors
 /// If the file cannot be read, or is not a carrier.
@@ -95,12 +95,12 @@ impl PyCarrier {
         write_atomically(&path, &bytes).map_err(|error| output_error(&error))
     }
 
-    /// The bytes of the carrier's `.npz` file.
+    /// Returns the bytes of the carrier's `.npz` file.
     fn to_bytes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
         Ok(PyBytes::new(py, &self.npz(py, false)?))
     }
 
-    /// The carrier in the bytes of an `.npz` file.
+    /// Reads a carrier from the bytes of an `.npz` file.
     #[classmethod]
     fn from_bytes(class: &Bound<'_, PyType>, bytes: &[u8]) -> PyResult<Self> {
         let carrier =
@@ -116,31 +116,31 @@ impl PyCarrier {
         Ok((make, (self.to_bytes(py)?,)))
     }
 
-    /// The id of the shape. It keys the random numbers of samples.
+    /// The id of the shape. The random numbers of samples depend on it.
     #[getter]
     fn id(&self) -> &str {
         &self.carrier.meta().id
     }
 
-    /// What the shape was read from: "brep", "mesh" or "cloud".
+    /// The kind of the input: "brep", "mesh" or "cloud".
     #[getter]
     fn kind(&self) -> &'static str {
         self.carrier.kind().name()
     }
 
-    /// How many parts there are, after small ones were absorbed.
+    /// The number of parts, after small ones were absorbed.
     #[getter]
     fn n_parts(&self) -> usize {
         self.carrier.n_parts()
     }
 
-    /// How many faces there are.
+    /// The number of faces.
     #[getter]
     fn n_faces(&self) -> usize {
         self.carrier.graph().faces.len()
     }
 
-    /// How many triangles there are. A triangle of a cloud is a point.
+    /// The number of triangles. Each point of a cloud counts as a triangle.
     #[getter]
     fn n_triangles(&self) -> usize {
         self.carrier.mesh().triangles.len()
@@ -152,7 +152,7 @@ impl PyCarrier {
         self.carrier.meta().lost.clone()
     }
 
-    /// What was left out on purpose, and which faces are triangles of the file.
+    /// Notes on what was left out on purpose, and on faces that the file itself stores as triangles.
     #[getter]
     fn notes(&self) -> Vec<String> {
         self.carrier.meta().notes.clone()
@@ -188,7 +188,7 @@ impl PyCarrier {
         self.arrays.get(py, "face_part", make)
     }
 
-    /// The part of each face, numbered by the lowest face; -1 if a mesh gives it no label: int64 (F,).
+    /// The part of each face, numbered by the first face of each part; -1 if a face of a mesh has no label: int64 (F,).
     #[getter]
     fn face_label<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let make = || {
@@ -249,13 +249,13 @@ impl PyCarrier {
         self.array(py, "face_canonical_type")
     }
 
-    /// The `#` number of each face in the STEP file: uint64 (F,). It is a name and not an index.
+    /// The `#` number of each face in the STEP file: uint64 (F,). It is a name, not an index.
     #[getter]
     fn face_step_id<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.array(py, "face_step_id")
     }
 
-    /// Area of each face in square millimeters, of the trimmed surface and not of the mesh: float64 (F,).
+    /// Area of each face in square millimeters, of the trimmed surface, not of the mesh: float64 (F,).
     #[getter]
     fn face_area<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.array(py, "face_area")
@@ -349,12 +349,13 @@ impl PyCarrier {
             .transpose()
     }
 
-    /// The labels that a source gives, without gaps from 0; -1 where it gives none.
+    /// The labels that a source gives, numbered from 0 without gaps; -1 if it gives no label.
     ///
     /// `source` is one of `sources()`, for example "normal-kmeans-20", or one of `layers`. `on` is "triangles", int64 (T,), or
-    /// "faces", int64 (F,). `seed` matters to sources that draw random numbers.
+    /// "faces", int64 (F,). Sources that draw random numbers use `seed`.
     ///
-    /// Raises `UsageError` if no source has the name, it cannot label this shape, or its labels are not constant on faces.
+    /// Raises `UsageError` if no source has the name, if the source cannot label this shape, or if its labels are not constant on
+    /// faces.
     ///
     /// >>> import partprobe
     /// >>> carrier = partprobe.label(partprobe.synth(seed=7))
@@ -391,8 +392,8 @@ impl PyCarrier {
 
     /// Draws `n` points uniformly by area. The points are those of `partprobe sample` with the same seed and id.
     ///
-    /// `normals` is "triangle", or "analytic" if the carrier was labeled with `attributes=["normal"]`. Of a cloud, each point is
-    /// drawn once at most.
+    /// `normals` is "triangle", or "analytic" if the carrier was labeled with `attributes=["normal"]`. Each point of a cloud is
+    /// drawn at most once.
     ///
     /// >>> import partprobe
     /// >>> sample = partprobe.label(partprobe.synth(seed=7)).sample(1000, seed=3)
@@ -410,12 +411,12 @@ impl PyCarrier {
         Ok(PySample::new(py, sample, self.carrier.clone()))
     }
 
-    /// The graph of the faces, as the arguments of `torch_geometric.data.Data`.
+    /// The graph of the faces, as a dictionary of the arguments of `torch_geometric.data.Data`.
     ///
-    /// `edge_index` int64 (2, 2E) has both directions of each shared edge. `edge_attr` float32 (2E, 3) is the dihedral angle
-    /// divided by 180 degrees, 1 if that angle is defined and 0 if not, and the length divided by the diagonal of the shape. `x`
-    /// float32 (F, 12) is the type as one of 11 columns, and the fraction of the shape's area. `y` int64 (F,) are the labels of
-    /// `source`, which must label whole faces.
+    /// `edge_index` int64 (2, 2E) contains both directions of each shared edge. `edge_attr` float32 (2E, 3) contains the dihedral
+    /// angle divided by 180 degrees, 1 if that angle is defined and 0 if not, and the length divided by the diagonal of the
+    /// shape. `x` float32 (F, 12) contains the type as a one-hot vector of 11 columns, and the fraction of the shape's area. `y`
+    /// int64 (F,) contains the labels of `source`, which must be constant on faces.
     ///
     /// >>> import partprobe
     /// >>> graph = partprobe.label(partprobe.synth(seed=7)).graph()
@@ -427,8 +428,8 @@ impl PyCarrier {
         graph_of(py, &self.carrier, &labels)
     }
 
-    /// A picture as the bytes of a PNG file. `label` is "part", "raw-part", "type", "face", or the name of a label layer that the carrier
-    /// stores; `size` is the side of the picture in pixels.
+    /// A picture as the bytes of a PNG file. `label` is "part", "raw-part", "type", "face", or the name of a label layer that the
+    /// carrier stores. `size` is the side of the picture in pixels.
     #[pyo3(signature = (label="part", *, size=480))]
     fn png<'py>(&self, py: Python<'py>, label: &str, size: usize) -> PyResult<Bound<'py, PyBytes>> {
         png(py, &self.carrier, label, size)

@@ -1,4 +1,4 @@
-//! The class `Dataset`: the shapes of a labeled data set, as a map-style data set of PyTorch.
+//! Defines the class `Dataset`: the shapes of a labeled data set, as a map-style data set for PyTorch.
 
 use crate::arrays::{rows, shaped, widened};
 use crate::background::compute;
@@ -15,9 +15,10 @@ use std::path::PathBuf;
 
 /// The shapes of a folder that `partprobe label` wrote.
 ///
-/// `len(dataset)` and `dataset[i]` are what `torch.utils.data.DataLoader` needs. An item is a dictionary with `id`, `points` float32
-/// (N, 3) in millimeters, `normals` float32 (N, 3) and `labels` int64 (N,). The points depend on `seed` and on the id of the shape
-/// only: they are those of `partprobe sample`. A data set can be pickled, so that workers of a loader open it again.
+/// `len(dataset)` and `dataset[i]` are what `torch.utils.data.DataLoader` needs. An item is a dictionary with `id`, `points`
+/// float32 (N, 3) in millimeters, `normals` float32 (N, 3) and `labels` int64 (N,). The points depend only on `seed` and on the
+/// id of the shape: they are those of `partprobe sample`. A data set can be pickled, so that the workers of a loader can open it
+/// again.
 ///
 /// Raises `UsageError` if the folder is not a data set, and `DamagedFileError` if a file in it was changed.
 #[pyclass(frozen, name = "Dataset", module = "partprobe")]
@@ -141,7 +142,7 @@ impl PyDataset {
         })
     }
 
-    /// The folder.
+    /// The folder of the data set.
     #[getter]
     fn path(&self) -> PathBuf {
         self.dataset.root().to_owned()
@@ -180,7 +181,7 @@ impl PyDataset {
         self.labeled.len()
     }
 
-    /// The points of a shape with normals and labels. The arrays belong to the caller.
+    /// The points of a shape with normals and labels. The arrays are new, so the caller can change them.
     fn __getitem__<'py>(&self, py: Python<'py>, index: isize) -> PyResult<Bound<'py, PyDict>> {
         let file = self.file_of(&Key::Index(index))?;
         let (settings, source) = (
@@ -200,7 +201,7 @@ impl PyDataset {
         Ok(found)
     }
 
-    /// The items in their order. Each is drawn when it is asked for.
+    /// The items in their order. The points of each item are drawn when it is requested.
     fn __iter__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         let py = slf.py();
         let indices = PyRange::new(py, 0, slf.get().labeled.len().cast_signed())?;
@@ -215,7 +216,8 @@ impl PyDataset {
         Ok(PyCarrier::new(py, read_carrier(py, self.file_of(&key)?)?))
     }
 
-    /// The graph of the faces of the shape with this index or id, as `Carrier.graph` gives it. `y` are the data set's labels.
+    /// The graph of the faces of the shape with this index or id, as `Carrier.graph` returns it. `y` contains the labels of the
+    /// data set's `source`.
     fn graph<'py>(&self, py: Python<'py>, key: Key) -> PyResult<Bound<'py, PyAny>> {
         let carrier = Bound::new(py, self.carrier(py, key)?)?;
         carrier.call_method1("graph", (self.source.as_str(),))

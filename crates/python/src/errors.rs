@@ -24,21 +24,21 @@ fn sentence(error: &dyn Error) -> String {
     text
 }
 
-/// A mistake of the caller.
+/// The exception for a mistake of the caller.
 pub(crate) fn usage(error: impl ToString) -> PyErr {
     UsageError::new_err(error.to_string())
 }
 
-/// The exception that Python itself raises for a file that cannot be opened: `FileNotFoundError` and the like.
+/// The exception that Python itself raises for a file that cannot be opened, for example `FileNotFoundError`.
 pub(crate) fn os_error(error: &io::Error, path: &Path) -> PyErr {
     let code = error.raw_os_error().unwrap_or(0);
-    // Rust appends the number of the error, which Python puts in front.
+    // Rust appends the number of the error, but Python puts it in front.
     let text = error.to_string();
     let text = text.split(" (os error").next().unwrap_or_default();
     PyOSError::new_err((code, text.to_owned(), path.display().to_string()))
 }
 
-/// A file that cannot be labeled.
+/// The exception for a file that cannot be labeled.
 pub(crate) fn step_error(reason: impl ToString, file: Option<&str>, status: &str) -> PyErr {
     StepError::new_err((
         reason.to_string(),
@@ -48,7 +48,7 @@ pub(crate) fn step_error(reason: impl ToString, file: Option<&str>, status: &str
     ))
 }
 
-/// A file or a shape of it that has no carrier. The entity is the first that was lost.
+/// The exception for a file, or a shape in it, that has no carrier. `entity` is the first lost entity.
 pub(crate) fn label_error(error: &LabelError, file: Option<&str>) -> PyErr {
     if let LabelError::Layer(error) = error {
         return usage(error);
@@ -66,12 +66,12 @@ pub(crate) fn label_error(error: &LabelError, file: Option<&str>) -> PyErr {
     StepError::new_err((error.to_string(), file, entity, status.to_owned()))
 }
 
-/// A damaged file of partprobe.
+/// The exception for a damaged file of partprobe.
 pub(crate) fn damaged(error: &dyn Error, path: &Path) -> PyErr {
     DamagedFileError::new_err((sentence(error), path.display().to_string()))
 }
 
-/// A carrier that cannot be read.
+/// The exception for a carrier that cannot be read.
 pub(crate) fn carrier_error(error: &DamagedCarrier) -> PyErr {
     match &error.reason {
         DamageReason::Unreadable(reason) => os_error(reason, &error.path),
@@ -79,7 +79,7 @@ pub(crate) fn carrier_error(error: &DamagedCarrier) -> PyErr {
     }
 }
 
-/// A data set that cannot be read, or a shape of it.
+/// The exception for a data set, or a shape in it, that cannot be read.
 pub(crate) fn dataset_error(error: &DatasetError, root: &Path) -> PyErr {
     match error {
         DatasetError::Damaged(carrier) => carrier_error(carrier),
@@ -89,7 +89,7 @@ pub(crate) fn dataset_error(error: &DatasetError, root: &Path) -> PyErr {
     }
 }
 
-/// A file that cannot be written.
+/// The exception for a file that cannot be written.
 pub(crate) fn output_error(error: &OutputError) -> PyErr {
     PyOSError::new_err(sentence(error))
 }

@@ -1,14 +1,14 @@
-//! Reads arrays from the caller: lists, arrays of NumPy, or tensors in the memory of the CPU.
+//! Reads arrays from the caller: lists, NumPy arrays, or tensors in CPU memory.
 
 use crate::errors::usage;
 use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-/// A vector of whole numbers of any type.
+/// A vector of integers of any type.
 ///
 /// # Errors
-/// `UsageError` with the name if it is not one, or a number does not fit in 32 bits.
+/// `UsageError` with the name if it is not such a vector, or a number does not fit in 32 bits.
 pub(crate) fn labels(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Vec<i32>> {
     let array = of_kind(name, given, "iu", 1, "whole numbers")?;
     let array = converted(&array, "int64")?;
@@ -22,7 +22,7 @@ pub(crate) fn labels(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Vec<i32>>
 /// The values of a matrix of finite numbers, row by row, and the length of a row.
 ///
 /// # Errors
-/// `UsageError` with the name if it is not one.
+/// `UsageError` with the name if it is not such a matrix.
 pub(crate) fn matrix(name: &str, given: &Bound<'_, PyAny>) -> PyResult<(Vec<f32>, usize)> {
     let array = of_kind(name, given, "f", 2, "floating-point numbers")?;
     let array = converted(&array, "float32")?;

@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 const N_TYPES: usize = FaceType::ALL.len();
-/// One column per type, and one for the area.
+/// The number of columns: one per type, and one for the area.
 const N_FEATURES: usize = N_TYPES + 1;
 
 /// The arrays `x`, `edge_index`, `edge_attr` and `y`. `labels` are the values of the last one.
@@ -28,7 +28,7 @@ pub(crate) fn graph_of<'py>(
     Ok(arrays)
 }
 
-/// The type of each face as one of eleven columns, and its fraction of the area of the shape.
+/// The type of each face as a one-hot vector of eleven columns, and its fraction of the area of the shape.
 fn face_features(carrier: &Carrier) -> Vec<[f32; N_FEATURES]> {
     let faces = &carrier.graph().faces;
     let total: f64 = faces.iter().map(|face| face.area).sum();

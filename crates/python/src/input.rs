@@ -1,4 +1,4 @@
-//! Reads the input of labeling: a STEP file, packed or not, or a mesh or a cloud with the file of labels next to it.
+//! Reads the input of labeling: a STEP file (also compressed), or a mesh or a cloud with the label file in the same folder.
 
 use crate::errors::{os_error, step_error, usage};
 use partprobe_carrier::{GivenShape, sha256_hex};
@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 /// A path, or the text of a STEP file.
 #[derive(FromPyObject)]
 pub(crate) enum Source {
-    /// The text, packed or not.
+    /// The text, which may be compressed.
     #[pyo3(transparent, annotation = "bytes")]
     Text(PyBackedBytes),
     /// A file.
@@ -30,7 +30,7 @@ pub(crate) enum Content {
     Given(GivenShape, String),
 }
 
-/// The number of first bytes by which a file is recognized.
+/// The number of bytes at the start of a file by which its format is recognized.
 const LOOK_BYTES: usize = 4096;
 /// The beginning of a STEP file.
 const STEP_HEADER: &[u8] = b"ISO-10303-21";
@@ -54,7 +54,7 @@ impl Source {
         stem.map_or_else(|| name.clone().into_owned(), str::to_owned)
     }
 
-    /// Reads and unpacks it.
+    /// Reads and decompresses the input.
     ///
     /// # Errors
     /// If a file cannot be read, is larger than `max_bytes`, or its container is damaged.

@@ -1,4 +1,4 @@
-//! Labels a file: the functions `label` and `label_all`.
+//! Defines the functions `label` and `label_all`, which label a file.
 
 use crate::background::compute;
 use crate::carrier::PyCarrier;
@@ -12,14 +12,14 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::ffi::CString;
 
-/// Labels one shape: a STEP file (packed or not), a mesh, a point cloud, or the bytes of a STEP file.
+/// Labels one shape: a STEP file (also compressed), a mesh, a point cloud, or the bytes of a STEP file.
 ///
 /// The options are the keys of `[label]` in a config, for example `theta_deg=8.0`, and `label_options()` lists them with
-/// their defaults. `id` is the id of the shape; it is the name of the file without its ending if it is not given. The same id,
+/// their defaults. `id` is the id of the shape; if not given, it is the name of the file without its ending. The same id,
 /// seed and options give the same points as the program.
 ///
 /// Raises `StepError` with `file`, `entity` and `status` if the file cannot be labeled, `OSError` if it cannot be opened,
-/// `TypeError` for an option that does not exist, and `UsageError` if `unit="solid"` finds several solids: `label_all` returns
+/// `TypeError` for an option that does not exist, and `UsageError` if `unit="solid"` finds several solids. `label_all` returns
 /// all of them.
 ///
 /// >>> import partprobe
@@ -46,7 +46,7 @@ pub(crate) fn label(
     }
 }
 
-/// Labels all shapes of a file: with `unit="solid"` each distinct solid, otherwise the file as one shape.
+/// Labels all shapes of a file: each distinct solid with `unit="solid"`, otherwise the file as one shape.
 ///
 /// The arguments are those of `label`. A solid that cannot be labeled is left out with a warning that names it. If no solid
 /// can be labeled, the reason of the first is raised.

@@ -13,12 +13,12 @@ use pyo3::types::PyDict;
 pub(crate) struct LabelOption {
     /// The name of the keyword argument.
     pub(crate) name: &'static str,
-    /// Its value in some options.
+    /// Returns its value in the given options.
     pub(crate) value: fn(&LabelOptions, Python<'_>) -> PyResult<Py<PyAny>>,
     set: fn(&mut LabelOptions, &Bound<'_, PyAny>) -> PyResult<()>,
 }
 
-/// An option whose field has the type of the argument.
+/// Defines an option whose field has the type of the argument.
 macro_rules! plain {
     ($name:literal, $($field:tt)+) => {
         LabelOption {
@@ -87,7 +87,7 @@ pub(crate) const LABEL_OPTIONS: &[LabelOption] = &[
     plain!("max_triangles", tessellation.max_triangles),
 ];
 
-/// Keys of `[label]` that belong to the program, and their replacements here.
+/// Keys of `[label]` that only the program has, and their replacements in Python.
 const OF_THE_PROGRAM: [(&str, &str); 5] = [
     ("kernel", "the wheel contains the own kernel only"),
     ("emit", "a carrier contains everything"),
@@ -128,7 +128,7 @@ fn unknown(name: &str) -> PyErr {
     PyTypeError::new_err(format!("`{name}` is not an option of labeling{hint}"))
 }
 
-/// The same error with the name of the option in front, if it is about a type.
+/// The same error, with the name of the option in front if it is a type error.
 fn of_option(py: Python<'_>, name: &str, error: PyErr) -> PyErr {
     if error.is_instance_of::<PyTypeError>(py) {
         PyTypeError::new_err(format!("{name}: {}", error.value(py)))

@@ -1,23 +1,22 @@
-//! Implements the Python module `partprobe`: STEP files become labeled meshes, point samples and scores as NumPy arrays.
+//! Implements the Python module `partprobe`, which turns STEP files into labeled meshes, point samples and scores as NumPy arrays.
 //!
-//! Paths, bytes and arrays go in, objects with NumPy arrays come out. Each file here is one class or one group of
-//! functions; what they compute is in the libraries that they call. The package around the module is in `python/`: the
+//! It takes paths, bytes and arrays, and returns objects with NumPy arrays. Each file here contains one class or one group of
+//! functions; the computations are in the libraries that they call. The package around the module is in `python/`: the
 //! errors, the types for checkers (`_partprobe.pyi`), and the names that users import.
 //!
 //! # What it guarantees
 //!
-//! - Python runs on while something is computed, and Ctrl-C ends the wait for it (`background`).
+//! - Python keeps running during a computation, and Ctrl-C ends the wait for it (`background`).
 //! - Integers are signed, so that `torch.from_numpy` gives indices. The only exception is `face_step_id`, which is a name.
-//! - An array owns its numbers: nothing is copied between the call that makes it and NumPy. Arrays of a carrier and of a
-//!   sample are made at the first access, kept, and cannot be written to. Items of a data set are the caller's own.
-//! - Bad input raises an exception that names the file, and the entity if there is one. No panic reaches the caller as one.
+//! - An array owns its numbers: they are not copied between the call that makes it and NumPy. Arrays of a carrier and of a
+//!   sample are made at the first access, kept, and read-only. The arrays of a data set's items are new and writable.
+//! - Bad input raises an exception that names the file, and the entity if there is one. A panic becomes an exception, too.
 //!
 //! # What it does not do
 //!
-//! It does not run the program `partprobe`. The wheel contains the real program next to the module, as a file of its own.
-//! A program inside of Python could not start its label workers, which are copies of the running executable: that would
-//! be Python. It would also share its signals, memory limits and allocator with the interpreter. The price is that
-//! the wheel contains the libraries twice.
+//! It does not run the program `partprobe`. The wheel contains the real program as a separate file. A program inside of Python
+//! could not start its label workers, which are copies of the running executable: this would be Python. It would also share its
+//! signals, memory limits and allocator with the interpreter. The price is that the wheel contains the libraries twice.
 
 #![allow(
     rustdoc::invalid_html_tags,

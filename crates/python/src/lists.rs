@@ -1,4 +1,4 @@
-//! Lists what can be named: options, label sources and metrics. Makes generated parts for examples and tests.
+//! Lists the names of options, label sources and metrics. Generates parts for examples and tests.
 
 use crate::errors::usage;
 use crate::label_options::LABEL_OPTIONS;
@@ -24,7 +24,7 @@ pub(crate) fn label_options(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
     Ok(options)
 }
 
-/// The names of the label sources; `<K>` and the like stand for a number.
+/// The names of the label sources. Placeholders such as `<K>` stand for a number.
 ///
 /// >>> import partprobe
 /// >>> "step-parts" in partprobe.sources()
@@ -44,7 +44,7 @@ pub(crate) fn metrics() -> Vec<&'static str> {
     METRICS.iter().map(|metric| metric.name).collect()
 }
 
-/// A generated mechanical part, as the bytes of a STEP file. The same arguments give the same bytes.
+/// Generates a mechanical part. Returns the bytes of its STEP file. The same arguments give the same bytes.
 ///
 /// >>> import partprobe
 /// >>> partprobe.synth(seed=1, index=3).startswith(b"ISO-10303-21;")

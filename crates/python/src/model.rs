@@ -1,4 +1,4 @@
-//! The class `Model`: a trained backbone, which embeds points.
+//! Defines the class `Model`: a trained backbone, which embeds points.
 
 use crate::arrays::shaped;
 use crate::background::compute;
@@ -19,11 +19,11 @@ const WEIGHTS: &str = "model.safetensors";
 
 /// A trained backbone: the `model.safetensors` of a training, or the folder of a run.
 ///
-/// If the run has several backbones, `supervision` and `seed` choose one; without `seed`, the lowest seed is taken. The file itself says what network it is, and how shapes
-/// are prepared for it.
+/// If the run has several backbones, `supervision` and `seed` choose one; if `seed` is not given, it is the lowest one. The file
+/// also contains the settings of the network and those for preparing shapes.
 ///
-/// Raises `OSError` if the file cannot be opened, `DamagedFileError` if it does not contain weights, and `UsageError` if several
-/// backbones or none match.
+/// Raises `OSError` if the file cannot be opened, `DamagedFileError` if it does not contain weights, and `UsageError` if no
+/// backbone matches, or several do.
 #[pyclass(frozen, name = "Model", module = "partprobe")]
 pub(crate) struct PyModel {
     path: PathBuf,
@@ -79,13 +79,13 @@ impl PyModel {
         self.model.config().embedding_dim * self.tokens.test_poses
     }
 
-    /// The number of parameters, those of the embedding head included.
+    /// The number of parameters, including those of the embedding head.
     #[getter]
     fn n_parameters(&self) -> usize {
         self.model.n_parameters() + self.model.n_head_parameters()
     }
 
-    /// The points of a carrier as the network was trained on them: their number, normals and seed are those of the file.
+    /// Draws the points of a carrier with the settings that the network was trained with: number of points, normals and seed.
     fn sample(&self, carrier: &Bound<'_, PyCarrier>) -> PyResult<Py<PySample>> {
         let Preparation {
             n_points,
@@ -96,10 +96,10 @@ impl PyModel {
         Ok(sample.cast_into::<PySample>()?.unbind())
     }
 
-    /// Embeds points: float32 (N, dim), a unit row per point.
+    /// Embeds points: float32 (N, dim), with one row of length 1 per point.
     ///
-    /// `points` is a `Carrier`, which is sampled by `sample` first, a `Sample`, or float (N, 3) with `normals`, float (N, 3). Units do
-    /// not matter. Points of one token have equal rows.
+    /// `points` is a `Carrier`, which `sample` samples first, a `Sample`, or float (N, 3) with `normals`, float (N, 3). The unit
+    /// of length does not matter. Points of the same token have equal rows.
     ///
     /// Raises `UsageError` if the points cannot be embedded.
     #[pyo3(signature = (points, normals=None))]
@@ -189,7 +189,7 @@ fn rows_of_points(tokens: &Tokens, rows: &Embeddings) -> Vec<f32> {
         .collect()
 }
 
-/// The only weights of a run that match.
+/// The weights of the only backbone of a run that matches.
 fn weights_of_run(run: &Path, supervision: Option<&str>, seed: Option<u64>) -> PyResult<PathBuf> {
     let folder = run.join("checkpoints");
     if !folder.is_dir() {
@@ -222,7 +222,7 @@ fn weights_of_run(run: &Path, supervision: Option<&str>, seed: Option<u64>) -> P
     };
     let is_of_one_source = found.iter().all(|name| source(name) == source(found[0]));
     if seed.is_none() && is_of_one_source {
-        // The trainings of one source differ in their seeds alone.
+        // The trainings of one source differ only in their seeds.
         found.sort_by_key(|name| number(name));
         found.truncate(1);
     }
@@ -239,7 +239,7 @@ fn weights_of_run(run: &Path, supervision: Option<&str>, seed: Option<u64>) -> P
     }
 }
 
-/// A key of the preparation, if it is there and can be understood.
+/// The value of a key of the preparation, if the key exists and its value is valid.
 fn key<T: serde::de::DeserializeOwned>(preparation: &Value, name: &str) -> Option<T> {
     serde_json::from_value(preparation.get(name)?.clone()).ok()
 }

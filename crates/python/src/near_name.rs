@@ -1,9 +1,9 @@
 //! Finds the name that the caller may have meant.
 
-/// Names are near each other if so large a share of their letters agrees.
+/// The smallest similarity of two names that are near each other.
 const MIN_SIMILARITY: f64 = 0.7;
 
-/// `; did you mean …?` with the nearest of the names, or nothing if none is near.
+/// `; did you mean …?` with the nearest of the names, or an empty text if no name is near.
 pub(crate) fn did_you_mean<'a>(name: &str, names: impl IntoIterator<Item = &'a str>) -> String {
     let rated = names.into_iter().map(|other| {
         let starts = !name.is_empty()

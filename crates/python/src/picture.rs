@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use std::sync::Arc;
 
-/// Sides of a picture in pixels.
+/// The allowed sides of a picture, in pixels.
 const SIZES: std::ops::RangeInclusive<usize> = 16..=8192;
 
 /// The bytes of the picture of a carrier.

@@ -1,4 +1,4 @@
-//! The class `Sample`: points of a carrier with normals, and their labels by any source.
+//! Defines the class `Sample`: points of a carrier with normals, and their labels from any source.
 
 use crate::arrays::{KeptArrays, rows, shaped, widened};
 use crate::background::compute;
@@ -37,7 +37,7 @@ impl PySample {
     }
 }
 
-/// More points than this fit no memory; the program has the same limit.
+/// The largest number of points, which is also the limit of the program.
 const MAX_POINTS: usize = 10_000_000;
 
 /// Checks a number of points.
@@ -56,7 +56,7 @@ pub(crate) fn ensure_n_points(name: &str, n: usize) -> PyResult<()> {
 /// The kind of normals with this name.
 ///
 /// # Errors
-/// `UsageError` if there is none.
+/// `UsageError` if there is no such kind.
 pub(crate) fn normal_kind(name: &str) -> PyResult<NormalKind> {
     match name {
         "triangle" => Ok(NormalKind::Triangle),
@@ -76,7 +76,7 @@ impl PySample {
             .get(py, "points", || rows(py, self.sample.points.clone()))
     }
 
-    /// Unit normals, outward: float32 (N, 3).
+    /// Outward unit normals: float32 (N, 3).
     #[getter]
     fn normals<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.arrays
@@ -104,10 +104,10 @@ impl PySample {
         })
     }
 
-    /// The label of each point by a source, -1 where it gives none: int64 (N,).
+    /// The label that a source gives to each point, -1 if it gives no label: int64 (N,).
     ///
-    /// `source` is one of `sources()`; `seed` matters to sources that draw random numbers. Raises `UsageError` if no source has
-    /// the name, or it cannot label the shape.
+    /// `source` is one of `sources()`. Sources that draw random numbers use `seed`. Raises `UsageError` if no source has
+    /// the name, or if the source cannot label the shape.
     #[pyo3(signature = (source="step-parts", *, seed=0))]
     fn labels<'py>(&self, py: Python<'py>, source: &str, seed: u64) -> PyResult<Bound<'py, PyAny>> {
         let (carrier, sample) = (self.carrier.clone(), self.sample.clone());

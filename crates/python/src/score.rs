@@ -1,4 +1,4 @@
-//! The function `score`: metrics of predicted clusters, or of embeddings, against reference labels.
+//! Defines the function `score`, which computes the metrics of predicted clusters, or of embeddings, against reference labels.
 
 use crate::background::compute;
 use crate::errors::usage;
@@ -9,23 +9,24 @@ use partprobe_eval::{PointEmbeddings, PointScores, near_boundary};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-/// Those of `[eval]` in `configs/base.toml`, and of `partprobe score`.
+/// The settings of `[eval]` in `configs/base.toml`, which `partprobe score` has, too.
 const SETTINGS: ClustererSettings = ClustererSettings {
     restarts: 10,
     max_iterations: 300,
     tolerance: 1e-6,
 };
 
-/// Scores what was predicted for the points of one shape, as `partprobe score` does.
+/// Scores the predictions for the points of one shape, like `partprobe score`.
 ///
 /// `reference` has a label per point, int (N,); negative ones are ignored. Give either `predicted`, a cluster per point, int
 /// (N,), or `embedding`, a row per point, float (N, D). Embeddings are clustered by `clusterer` ("k-means", "average-link" or
-/// "modes") into as many clusters as the reference has parts. With `points`, float (N, 3), there is a boundary accuracy; `normals`,
-/// float (N, 3), then tell the two sides of a thin wall apart. `id` and `seed` key the random numbers of k-means.
+/// "modes") into as many clusters as the reference has parts. With `points`, float (N, 3), there is a boundary accuracy;
+/// `normals`, float (N, 3), then distinguish the two sides of a thin wall. The random numbers of k-means depend on `id` and
+/// `seed`.
 ///
-/// The result has a float for each metric that has a value, by the names of `metrics()`, and `k`, the number of parts.
+/// The result is a dictionary with a float for each metric in `metrics()` that has a value, and `k`, the number of parts.
 ///
-/// Raises `UsageError` if an array has another form, or the reference ignores every point.
+/// Raises `UsageError` if an array has a different form, or if the reference ignores every point.
 ///
 /// >>> import partprobe
 /// >>> scores = partprobe.score([0, 0, 1, 1], predicted=[7, 7, 7, 2])
@@ -91,7 +92,7 @@ pub(crate) fn score<'py>(
     Ok(scores)
 }
 
-/// What was predicted for the points.
+/// The predictions for the points.
 enum Prediction {
     Clusters(Vec<i32>),
     Rows(PointEmbeddings, &'static ClustererFactory),

@@ -178,7 +178,7 @@ mod tests {
     use std::collections::BTreeMap;
 
     #[test]
-    fn reasons_are_told_without_numbers_and_names() {
+    fn reasons_omit_numbers_and_names() {
         for (reason, expected) in [
             ("no face", "no face"),
             ("#12 is at (1.5, 20)", "#… is at (….…, …)"),

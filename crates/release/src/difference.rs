@@ -206,8 +206,8 @@ mod tests {
     fn check(change: impl Fn(&mut ShapeLabels), expected: &str) {
         let mut now = two_faces();
         change(&mut now);
-        let told = first_difference(&two_faces(), &now).map(|found| found.to_string());
-        assert_eq!(told.unwrap_or_default(), expected);
+        let message = first_difference(&two_faces(), &now).map(|found| found.to_string());
+        assert_eq!(message.unwrap_or_default(), expected);
     }
 
     #[test]

@@ -185,9 +185,9 @@ mod tests {
     fn a_changed_file_is_named() {
         let manifest = manifest();
         assert!(manifest.check_file("a.md", b"a.md").is_ok());
-        let told = |name, bytes| manifest.check_file(name, bytes).unwrap_err().to_string();
-        assert!(told("a.md", b"b").starts_with("`a.md` is not the file that was released"));
-        assert_eq!(told("b.md", b""), "`release.json` does not name `b.md`");
+        let message = |name, bytes| manifest.check_file(name, bytes).unwrap_err().to_string();
+        assert!(message("a.md", b"b").starts_with("`a.md` is not the file that was released"));
+        assert_eq!(message("b.md", b""), "`release.json` does not name `b.md`");
     }
 
     #[test]

@@ -161,7 +161,7 @@ mod tests {
     use std::collections::BTreeSet;
 
     #[test]
-    fn every_drawing_is_whole_and_its_own() {
+    fn every_drawing_is_complete_and_different() {
         for (character, rows) in GLYPHS {
             let rows: Vec<&str> = rows.split(' ').collect();
             assert!(

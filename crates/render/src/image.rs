@@ -266,7 +266,7 @@ mod tests {
     }
 
     #[test]
-    fn captions_stand_below_and_fit() {
+    fn captions_are_below_and_fit() {
         let plain = Image::white(120, 10);
         let image = plain.with_caption("ab", "", 1.0);
         assert!(image.height > 10 + HEIGHT && image.width == 120);

@@ -108,7 +108,7 @@ fn kind_of(
     };
     let [a, b] = [first, second].map(|piece| &sight.pieces[piece as usize]);
     let [face_a, face_b] = [a, b].map(|piece| piece.face as usize);
-    if label[face_a] != label[face_b] || bends_out_of_sight(sight, edge, [first, second]) {
+    if label[face_a] != label[face_b] || shows_front_and_back(sight, edge, [first, second]) {
         return Some(Kind::Line);
     }
     if face_a == face_b {
@@ -119,7 +119,7 @@ fn kind_of(
 }
 
 /// Whether the front of one piece and the back of the other one are seen.
-fn bends_out_of_sight(sight: &Sight, [from, to]: [u32; 2], pieces: [u32; 2]) -> bool {
+fn shows_front_and_back(sight: &Sight, [from, to]: [u32; 2], pieces: [u32; 2]) -> bool {
     let goes_forward = |piece: u32| {
         let [a, b, c] = sight.pieces[piece as usize].corners;
         [[a, b], [b, c], [c, a]].contains(&[from, to])

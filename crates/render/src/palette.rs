@@ -37,7 +37,7 @@ const COLORS: [Rgb; 20] = [
 /// The color of surfaces without a label.
 pub(crate) const UNLABELED: Rgb = [150; 3];
 /// Colors with a larger squared distance than this are easy to distinguish.
-const FAR_APART: i32 = 110 * 110;
+const DISTINCT_DISTANCE: i32 = 110 * 110;
 
 /// The color of a primitive type. It is the same in every picture and file. Each two types differ as much as labels do.
 #[must_use]
@@ -115,7 +115,7 @@ pub(crate) fn chosen_colors(neighbors: &[BTreeSet<usize>], fixed: &[Option<Rgb>]
 /// use, it is one that is far from the taken ones: the least used one, and then the first. Returns `None` if all are taken.
 fn best_color(taken: &[Rgb], n_uses: &[usize; COLORS.len()]) -> Option<usize> {
     let rank = |color: usize| {
-        let margin = margin(COLORS[color], taken).min(FAR_APART);
+        let margin = margin(COLORS[color], taken).min(DISTINCT_DISTANCE);
         (n_uses[color] == 0, margin, Reverse((n_uses[color], color)))
     };
     (0..COLORS.len())
@@ -136,7 +136,7 @@ fn further_color(taken: &[Rgb]) -> Rgb {
 /// The square of the distance to the nearest of these colors.
 fn margin(color: Rgb, others: &[Rgb]) -> i32 {
     let distances = others.iter().map(|&other| distance(color, other));
-    distances.min().unwrap_or(FAR_APART)
+    distances.min().unwrap_or(DISTINCT_DISTANCE)
 }
 
 /// The square of the distance of two colors.

@@ -329,7 +329,7 @@ mod tests {
     }
 
     #[test]
-    fn lines_stand_between_labels_and_seams_between_faces() {
+    fn lines_separate_labels_and_seams_separate_faces() {
         let view = View::of(&square(), FRONT, 96);
         let (two, one) = (
             view.painted(&[0, 1], &COLORS, 3, WHITE),
@@ -382,7 +382,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_and_no_numbers_are_drawn_as_nothing() {
+    fn empty_shapes_and_invalid_numbers_are_drawn_as_nothing() {
         let empty = View::of(&Mesh::default(), FRONT, 32);
         assert!(
             empty

@@ -158,14 +158,14 @@ fn alone(tables: &Tables, main: MainTable<'_>, trained: &[String]) -> Answer {
         .iter()
         .filter_map(|row| Some(format!("{:.3} for {row}", mean(row)?.0)));
     let without: Vec<String> = without.collect();
-    let beside = match without.as_slice() {
+    let untrained_text = match without.as_slice() {
         [] => String::new(),
         rows => format!("; it is {}", rows.join(" and ")),
     };
     Answer {
         headline: format!("A backbone trained on labels of {name} reaches an mIoU of {miou:.3}."),
         sentence: format!(
-            "This is the mean over {n_shapes} test shapes, scored against {} with clusters by {}{beside}.",
+            "This is the mean over {n_shapes} test shapes, scored against {} with clusters by {}{untrained_text}.",
             main.reference, main.clusterer
         ),
         power:
@@ -216,7 +216,7 @@ mod tests {
     }
 
     #[test]
-    fn the_headline_heeds_all_endpoints() {
+    fn the_headline_considers_all_endpoints() {
         let won = |reference| row(reference, 0.06, Some(0.001), true);
         let lost = |reference| row(reference, -0.06, Some(0.02), true);
         let open = |reference| row(reference, -0.06, Some(0.06), true);

@@ -29,7 +29,7 @@ pub(crate) fn spread_indices(
     let mut kept = Vec::new();
     let mut radius = 0.0;
     for _ in 0..N_STEPS {
-        let found = thrown(positions, normals, distance);
+        let found = chosen_by_distance(positions, normals, distance);
         let n_found = found.len();
         if n_found <= n && n_found > kept.len() {
             (kept, radius) = (found, distance);
@@ -55,7 +55,7 @@ pub(crate) fn spread_indices(
 }
 
 /// The points that have no earlier kept point within the distance.
-fn thrown(positions: &[[f32; 3]], normals: &[[f32; 3]], distance: f32) -> Vec<usize> {
+fn chosen_by_distance(positions: &[[f32; 3]], normals: &[[f32; 3]], distance: f32) -> Vec<usize> {
     let mut grid = Grid::new(distance, positions.len());
     let mut kept = Vec::new();
     for (idx, &position) in positions.iter().enumerate() {

@@ -35,7 +35,7 @@ impl LostPart<'_> {
         face_type.map_or("", |face_type| face_type.name())
     }
 
-    fn what_happened(&self) -> String {
+    fn outcome_text(&self) -> String {
         let named = |other: usize| {
             let label = self.reference.parts.get(other).map_or(0, |part| part.label);
             format!("part {label} {}", self.type_of(other))
@@ -144,6 +144,6 @@ fn cells(part: &LostPart<'_>, shape: &ShapeDigest, names: &Names<'_>) -> Vec<Cel
         ),
         Cell::html(names.swatch(&part.prediction.supervision)),
         Cell::score(Some(part.lost())).with_bar(),
-        Cell::text(&part.what_happened()),
+        Cell::text(&part.outcome_text()),
     ]
 }

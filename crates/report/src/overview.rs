@@ -15,7 +15,7 @@ pub(crate) fn answer_html(name: &str, answer: &Answer, summary: &str, notes: &[S
         "<section id=\"answer\" aria-labelledby=\"answer-h\">\n<p class=\"run\">Run <code>{}</code></p>\n\
          <h1 id=\"answer-h\">{}</h1>\n",
         escaped(name),
-        unbroken(&answer.headline)
+        with_unbroken_words(&answer.headline)
     );
     for (class, text) in [("answer", &answer.sentence), ("power", &answer.power)] {
         if !text.is_empty() {
@@ -35,7 +35,7 @@ pub(crate) fn answer_html(name: &str, answer: &Answer, summary: &str, notes: &[S
 }
 
 /// Text whose words with hyphens stay on one line.
-fn unbroken(text: &str) -> String {
+fn with_unbroken_words(text: &str) -> String {
     let words = text.split(' ').map(|word| match word.contains('-') {
         true => format!("<span class=\"nb\">{}</span>", escaped(word)),
         false => escaped(word),

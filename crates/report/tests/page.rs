@@ -172,7 +172,7 @@ fn a_section_is_there_if_it_has_something_to_show() {
 #[test]
 fn the_answer_has_its_interval_and_its_power() {
     let page = page("run", "step-parts");
-    for told in [
+    for message in [
         "Labels of <span class=\"nb\">step-parts</span> train a better backbone than labels of other.",
         "is +0.200 [+0.200, +0.200] over 12 test shapes, scored against step-parts",
         "12 shapes in 12 groups of related shapes",
@@ -180,7 +180,7 @@ fn the_answer_has_its_interval_and_its_power() {
         "other scores as step-parts with 30 (30 to 30) % of its faces given to another part.",
         "merged into part 0 plane",
     ] {
-        assert!(page.contains(told), "{told}");
+        assert!(page.contains(message), "{message}");
     }
 }
 
@@ -199,7 +199,7 @@ fn every_id_is_there_once() {
 }
 
 #[test]
-fn the_page_asks_for_nothing() {
+fn the_page_requests_no_other_file() {
     let page = page("run", "step-parts");
     for outside in [
         "http:",

@@ -71,7 +71,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_cloud_is_told_from_a_mesh() {
+    fn a_cloud_is_distinguished_from_a_mesh() {
         let points = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 2.0, 0.0]];
         let cloud = Mesh::cloud(points, vec![[0.0, 0.0, 1.0]; 3]);
         assert!(cloud.is_cloud());

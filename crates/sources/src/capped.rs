@@ -169,7 +169,7 @@ mod tests {
     }
 
     #[test]
-    fn what_has_no_label_stays_so_and_joins_nothing() {
+    fn triangles_without_a_label_keep_none_and_join_nothing() {
         check(&[0, 0, -1, 2], 2, &[0, 0, -1, 2]);
         // Label 2 has no labeled neighbor, so it joins the largest label.
         check(&[0, 0, -1, 2], 1, &[0, 0, -1, 0]);

@@ -196,7 +196,7 @@ mod tests {
     }
 
     #[test]
-    fn points_that_tell_no_cone_give_none() {
+    fn points_that_define_no_cone_give_none() {
         let cone = Primitive::Cone {
             apex: [0.0; 3],
             axis: [0.0, 0.0, 1.0],

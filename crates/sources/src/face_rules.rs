@@ -105,7 +105,7 @@ mod tests {
     }
 
     #[test]
-    fn smooth_asks_the_angle_alone() {
+    fn smooth_depends_only_on_the_angle() {
         check_named("smooth-0", &SMOOTH, &[0, 0, 1, 1, 2, 1]);
         check_named("smooth-89", &SMOOTH, &[0, 0, 1, 1, 2, 1]);
         check_named("smooth-90", &SMOOTH, &[0, 0, 0, 0, 1, 0]);

@@ -318,7 +318,7 @@ mod tests {
     }
 
     #[test]
-    fn a_source_may_ask_its_context() {
+    fn a_source_can_use_its_context() {
         let factory = SourceFactory::source("file", "labels of a file", |_, context| {
             let missing = SourceError::Parameter {
                 source_name: "file".to_owned(),

@@ -122,7 +122,7 @@ mod tests {
     }
 
     #[track_caller]
-    fn check_place(factory: &SourceFactory, expected: &[i32]) {
+    fn check_grouping(factory: &SourceFactory, expected: &[i32]) {
         // Instance, solid and shell: a solid with a cavity, the same solid placed again, and two open shells.
         let places = [
             (0, Some(0), 0),
@@ -143,9 +143,9 @@ mod tests {
     }
 
     #[test]
-    fn faces_are_grouped_by_their_place_in_the_file() {
-        check_place(&SOLID, &[0, 0, 0, 1, 2, 3, 2]);
-        check_place(&SHELL, &[0, 0, 1, 2, 3, 4, 3]);
+    fn faces_are_grouped_by_instance_solid_and_shell() {
+        check_grouping(&SOLID, &[0, 0, 0, 1, 2, 3, 2]);
+        check_grouping(&SHELL, &[0, 0, 1, 2, 3, 4, 3]);
     }
 
     /// `expected` is the labels, or a piece of the refusal.

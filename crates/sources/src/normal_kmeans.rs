@@ -179,7 +179,7 @@ mod tests {
     }
 
     #[test]
-    fn there_are_never_more_labels_than_asked_for() {
+    fn there_are_never_more_labels_than_requested() {
         let bodies: Vec<[Point; 3]> = (0..7).flat_map(|n| cube(3.0 * f64::from(n))).collect();
         for k in [1, 2, 5, 11, 41] {
             assert_eq!(labels_of(&bodies, k).n_labels(), k);

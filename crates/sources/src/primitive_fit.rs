@@ -101,8 +101,8 @@ impl Primitive {
         let own = first.corners.map(flattened);
         let p = own[0];
         let q = farthest(&own, |point| norm(subtract(*point, p)))?;
-        let beside = |point: &Point| norm(cross(subtract(q, p), subtract(*point, p)));
-        let r = farthest(&second.corners.map(flattened), beside)?;
+        let off_axis = |point: &Point| norm(cross(subtract(q, p), subtract(*point, p)));
+        let r = farthest(&second.corners.map(flattened), off_axis)?;
 
         // The third row keeps the center in the plane of the three.
         let rows = [subtract(q, p), subtract(r, p), axis];
@@ -287,7 +287,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn facets_of_a_cylinder_give_it_back(radius in 0.1f64..9.0, width in 0.05f64..0.5, apart in 0.3f64..1.5) {
+        fn the_cylinder_of_facets_is_recovered(radius in 0.1f64..9.0, width in 0.05f64..0.5, apart in 0.3f64..1.5) {
             let [first, second] = [0.0, apart].map(|angle| strip([radius, radius], angle, width));
             let found = Primitive::cylinder(&first, &second, 100.0).unwrap();
             let Primitive::Cylinder { axis, radius: found_radius, .. } = found else { unreachable!() };
@@ -301,7 +301,7 @@ mod tests {
         }
 
         #[test]
-        fn facets_of_a_cone_give_it_back(top in 0.1f64..0.85, width in 0.05f64..0.5, apart in 0.4f64..1.5) {
+        fn the_cone_of_facets_is_recovered(top in 0.1f64..0.85, width in 0.05f64..0.5, apart in 0.4f64..1.5) {
             let facets = [0.0, apart, 2.0 * apart].map(|angle| strip([1.0, top], angle, width));
             let found = Primitive::cone([&facets[0], &facets[1], &facets[2]]).unwrap();
             let Primitive::Cone { apex, axis, sine, cosine } = found else { unreachable!() };
@@ -314,7 +314,7 @@ mod tests {
         }
 
         #[test]
-        fn facets_of_a_sphere_give_it_back(radius in 0.1f64..9.0, size in 0.05f64..0.3, apart in 0.2f64..2.0) {
+        fn the_sphere_of_facets_is_recovered(radius in 0.1f64..9.0, size in 0.05f64..0.3, apart in 0.2f64..2.0) {
             let on = |latitude: f64, angle: f64| at(radius * latitude.cos(), angle, radius * latitude.sin());
             let patch = |angle: f64| facet([on(0.1, angle), on(0.1, angle + size), on(0.1 + size, angle)]);
             let found = Primitive::sphere(&patch(0.0), &patch(apart), 100.0).unwrap();

@@ -25,10 +25,10 @@ const MAX_DISTANCE: f64 = 0.002;
 const MAX_ANGLE_DEG: f64 = 10.0;
 
 /// The probability that a larger primitive is overlooked.
-const OVERLOOKED: f64 = 0.05;
+const MISS_PROBABILITY: f64 = 0.05;
 
 /// The lowest assumed probability that a trial that begins on a primitive stays on it. The walks are short.
-const STAYS: f64 = 0.25;
+const MIN_STAY_PROBABILITY: f64 = 0.25;
 
 /// Number of trials between two selections of the best candidate.
 const TRIALS: usize = 64;
@@ -71,7 +71,7 @@ struct Candidate {
 
 impl Candidate {
     /// The area, reduced by some percent for types with more parameters, because a plane is also nearly a cylinder.
-    fn worth(&self) -> f64 {
+    fn weighted_area(&self) -> f64 {
         let simplicity = match self.primitive {
             Primitive::Plane { .. } => 1.0,
             Primitive::Sphere { .. } | Primitive::Cylinder { .. } => 0.97,
@@ -164,11 +164,11 @@ impl<'a> Search<'a> {
             let best = self.best();
             let worth_taking = best.filter(|candidate| candidate.area >= self.min_area);
             let area = worth_taking.map_or(self.min_area, |candidate| candidate.area);
-            let overlooked = (1.0 - STAYS * area / free_area)
+            let overlooked = (1.0 - MIN_STAY_PROBABILITY * area / free_area)
                 .max(0.0)
                 .powf(n_trials as f64);
             match worth_taking {
-                _ if overlooked > OVERLOOKED => {}
+                _ if overlooked > MISS_PROBABILITY => {}
                 Some(candidate) => {
                     self.take(&candidate);
                     free_area = self.count_free();
@@ -333,7 +333,7 @@ impl<'a> Search<'a> {
                     .copied()
                     .enumerate()
                     .reduce(|best, other| {
-                        if other.1.worth() > best.1.worth() {
+                        if other.1.weighted_area() > best.1.weighted_area() {
                             other
                         } else {
                             best

@@ -170,11 +170,11 @@ impl Target {
         let inverse = 1.0 / volume;
         let from_corner = subtract(origin, self.corner);
         let s = inverse * dot(from_corner, across);
-        let beside = cross(from_corner, u);
-        let t = inverse * dot(direction, beside);
+        let perpendicular = cross(from_corner, u);
+        let t = inverse * dot(direction, perpendicular);
         // If the ray is parallel or there is no area, the values are NaN, and every comparison with NaN is false.
         if s >= 0.0 && t >= 0.0 && s + t <= 1.0 {
-            inverse * dot(v, beside)
+            inverse * dot(v, perpendicular)
         } else {
             -1.0
         }
@@ -247,7 +247,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_met_where_nothing_is() {
+    fn a_ray_through_empty_space_meets_nothing() {
         let nothing = RayTree::of(&Mesh::default());
         assert_eq!(nothing.first_hit([0.0; 3], [1.0, 0.0, 0.0], 0.0, 0), None);
         for corners in [[[f64::NAN; 3]; 3], [[0.0; 3]; 3], [[f64::INFINITY; 3]; 3]] {

@@ -208,10 +208,10 @@ fn absorb(regions: &mut [Region], host: u32, from: u32) {
     regions[host as usize].area += gone.area;
     regions[host as usize].neighbors.remove(&from);
     for (other, length) in gone.neighbors {
-        let beside = &mut regions[other as usize].neighbors;
-        beside.remove(&from);
+        let neighbors_of_other = &mut regions[other as usize].neighbors;
+        neighbors_of_other.remove(&from);
         if other != host {
-            *beside.entry(host).or_insert(0.0) += length;
+            *neighbors_of_other.entry(host).or_insert(0.0) += length;
             *regions[host as usize].neighbors.entry(other).or_insert(0.0) += length;
         }
     }

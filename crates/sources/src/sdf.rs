@@ -384,7 +384,7 @@ mod tests {
     }
 
     #[test]
-    fn a_thin_and_a_thick_body_are_told_apart() {
+    fn a_thin_and_a_thick_body_are_distinguished() {
         let moved = |[a, b, c]: [Point; 3]| [a, b, c].map(|[x, y, z]| [x + 20.0, y, z]);
         let thick = tube(1e-3, 3.0, 100.0, 24).into_iter().map(moved);
         let rods: Vec<[Point; 3]> = tube(1e-3, 1.0, 100.0, 24)

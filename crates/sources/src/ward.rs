@@ -215,7 +215,7 @@ mod tests {
     }
 
     #[test]
-    fn far_from_edges_the_normal_is_the_triangles_own() {
+    fn far_from_edges_the_normal_is_that_of_the_triangle() {
         let features = features_of(&[[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]], FINE);
         assert!(features.len() > 500, "{}", features.len());
         assert!(
@@ -227,7 +227,7 @@ mod tests {
     }
 
     #[test]
-    fn the_two_sides_of_a_thin_wall_are_one_to_the_grid() {
+    fn the_grid_does_not_separate_the_sides_of_a_thin_wall() {
         let side = |z: f64| [[0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z]];
         let mean_z = |z: f64, blur: Blur| {
             let [a, b, c] = side(z);

@@ -82,12 +82,12 @@ fn check(source: &dyn LabelSource) {
 }
 
 #[test]
-fn a_trait_object_of_ones_own_labels_points() {
+fn a_custom_trait_object_labels_points() {
     check(&Upward);
 }
 
 #[test]
-fn a_factory_of_ones_own_stands_beside_the_built_in_ones() {
+fn a_custom_factory_is_listed_with_the_built_in_ones() {
     let context = SourceContext::default();
     let named = |name| source_among(SOURCES.iter().chain([&STEEP]), name, &context);
     check(&*named("steep-50").unwrap());

@@ -157,7 +157,7 @@ fn ward_variants_have_as_many_labels_as_their_names_say() {
 }
 
 #[test]
-fn thickness_tells_a_wall_from_a_block() {
+fn thickness_distinguishes_a_wall_from_a_block() {
     check(
         "sdf-5",
         &fixtures::sphere(2.0, fixtures::FullTurn::Seamed),

@@ -5,7 +5,7 @@ use crate::shell::Shell;
 use partprobe_carrier::{Edge, Face, FaceGraph, Partition, distance};
 use partprobe_sources::partition_by_type_and_angle;
 
-/// The dihedral threshold that parts are counted at, in degrees.
+/// The dihedral threshold, in degrees, of the parts that are counted.
 pub(crate) const THETA_DEG: f64 = 8.0;
 
 /// The part of each face at the threshold.
@@ -13,7 +13,7 @@ pub(crate) fn partition(shell: &Shell) -> Partition {
     partition_by_type_and_angle(&face_graph(shell), THETA_DEG)
 }
 
-/// Faces with their types, edges with their angles at the parametric middle.
+/// The faces with their types, and the edges with their dihedral angles at the parametric midpoint.
 fn face_graph(shell: &Shell) -> FaceGraph {
     let faces = shell.faces.iter().map(|face| {
         let area = face.area.unwrap_or(f64::NAN);

@@ -1,4 +1,4 @@
-//! Lists the families of parts: each draws one part's dimensions and builds its shell.
+//! Lists the families of parts. Each family draws the dimensions of one part and builds its shell.
 
 mod blocks;
 mod extrusions;
@@ -8,7 +8,7 @@ mod turned;
 
 use crate::part_builder::PartBuilder;
 
-/// A family's name and how it draws a part.
+/// The name of a family, and the function that draws a part.
 #[derive(Clone, Copy)]
 pub(crate) struct Family {
     pub(crate) name: &'static str,
@@ -19,7 +19,7 @@ const fn family(name: &'static str, draw: fn(&mut PartBuilder)) -> Family {
     Family { name, draw }
 }
 
-/// Every family, in the order in which seeds pick them.
+/// All families. Their order decides which family a random number selects.
 pub(crate) const FAMILIES: [Family; 24] = [
     family("plate", plates::plate),
     family("ribbed-plate", plates::ribbed_plate),
@@ -47,5 +47,5 @@ pub(crate) const FAMILIES: [Family; 24] = [
     family("wave", surfaces::wave),
 ];
 
-/// The turned part with exactly the wanted number of parts, at least 2.
+/// The family whose parts have exactly the target number of STEP parts, which is at least 2.
 pub(crate) const EXACT: Family = family("stepped-pin", turned::stepped_pin);

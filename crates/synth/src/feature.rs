@@ -1,4 +1,5 @@
-//! Draws features of a planar face once, to be placed often: holes, bores, bosses, pockets and grooves.
+//! Draws features of planar faces: holes, bores, bosses, pockets and grooves. A feature that was drawn once can be placed
+//! several times.
 
 use crate::frame::{Planar, length};
 use crate::part_builder::{Host, PartBuilder};
@@ -20,7 +21,7 @@ enum End {
     Point,
 }
 
-/// A feature, centered on the origin of its host's plane; the host is at height 0.
+/// A feature. Its profile is centered on the origin, and its host face is at height 0.
 #[derive(Clone, Debug)]
 pub(crate) struct Feature {
     profile: Profile,
@@ -30,7 +31,7 @@ pub(crate) struct Feature {
 }
 
 impl Feature {
-    /// Puts the feature on its host; where it ends in a plane, that plane is the next host.
+    /// Puts the feature on its host. Returns the plane in which it ends as the next host, if it has one.
     pub(crate) fn place(&self, shell: &mut Shell, host: &Host, center: Planar) -> Option<Host> {
         let plane = host.plane.moved(center);
         let swept = shell.sweep(
@@ -63,7 +64,7 @@ impl Feature {
         }
     }
 
-    /// The radius that is free about the middle of the plane in which the feature ends.
+    /// The radius of the free circle around the center of the plane in which the feature ends.
     pub(crate) fn end_room(&self) -> f64 {
         let end = self.profile.offset(self.path.end()[0]);
         let nearest = |i| length(end.side(i).point(0.5)).min(length(end.points[i]));
@@ -81,7 +82,7 @@ impl Feature {
         }
     }
 
-    /// A hole of this profile right through the host.
+    /// A hole of this profile through the whole thickness of the host.
     pub(crate) fn through(profile: &Profile, depth: f64) -> Self {
         Self::sunk(profile, Path::at(0.0).by(0.0, -depth), End::Through)
     }
@@ -91,7 +92,7 @@ impl Feature {
         Self::sunk(profile, Path::at(0.0).by(0.0, -depth), End::Floor)
     }
 
-    /// A pocket whose floor meets its walls in a fillet; the profile's corners are wider than the fillet.
+    /// A pocket with a fillet between its floor and its walls. The corner radii of the profile must exceed the fillet's.
     pub(crate) fn filleted_pocket(profile: &Profile, depth: f64, fillet: f64) -> Self {
         let path = Path::at(0.0)
             .by(0.0, fillet - depth)
@@ -99,12 +100,12 @@ impl Feature {
         Self::sunk(profile, path, End::Floor)
     }
 
-    /// A pocket with drafted walls: its floor is smaller by `taper` on all sides.
+    /// A pocket with drafted walls. Its floor is smaller by `taper` on all sides.
     pub(crate) fn drafted_pocket(profile: &Profile, depth: f64, taper: f64) -> Self {
         Self::sunk(profile, Path::at(0.0).by(taper, -depth), End::Floor)
     }
 
-    /// A blind hole as a drill leaves it: a cylinder and a cone of this half angle.
+    /// A drilled blind hole: a cylinder and a cone of this half angle.
     pub(crate) fn drilled(profile: &Profile, radius: f64, depth: f64, half_angle: f64) -> Self {
         let tip = radius / libm::tan(half_angle);
         Self::sunk(
@@ -122,7 +123,7 @@ impl Feature {
         Self::sunk(profile, path, End::Point)
     }
 
-    /// A hole right through, wider down to `depths[0]`, narrower by `step` from there to `depths[1]`.
+    /// A through hole. From `depths[0]` to `depths[1]`, it is narrower by `step`.
     pub(crate) fn counterbore(profile: &Profile, step: f64, depths: [f64; 2]) -> Self {
         let path = Path::at(0.0)
             .by(0.0, -depths[0])
@@ -131,7 +132,7 @@ impl Feature {
         Self::sunk(profile, path, End::Through)
     }
 
-    /// A hole right through with a conical mouth of this width and depth.
+    /// A through hole with a conical mouth of this width and depth.
     pub(crate) fn countersink(profile: &Profile, width: f64, mouth_depth: f64, depth: f64) -> Self {
         let path = Path::at(0.0)
             .by(width, -mouth_depth)
@@ -139,7 +140,7 @@ impl Feature {
         Self::sunk(profile, path, End::Through)
     }
 
-    /// A groove of this width around a core whose top is level with the host.
+    /// A groove of this width around a core. The top of the core is level with the host.
     pub(crate) fn groove(profile: &Profile, width: f64, depth: f64) -> Self {
         Self::sunk(
             profile,
@@ -154,7 +155,7 @@ impl Feature {
         Self::sunk(profile, path, End::Floor)
     }
 
-    /// A boss; `rim` and `foot` say how its top edge and its foot are finished.
+    /// A boss. `rim` and `foot` are the finishes of its top edge and of its foot.
     pub(crate) fn boss(profile: &Profile, height: f64, rim: Rim, foot: f64) -> Self {
         let start = match foot > 0.0 {
             true => Path::at(0.0).round(-foot, foot, Leaves::Flat),
@@ -184,15 +185,15 @@ impl Feature {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Rim {
     Sharp,
-    /// Cut off by this much at 45°.
+    /// Cut off by this length at 45°.
     Chamfered(f64),
     /// Rounded with this radius.
     Rounded(f64),
-    /// The whole wall leans inward by this much.
+    /// The whole wall leans inward by this length.
     Drafted(f64),
 }
 
-/// Draws a hole that needs no more than this radius about its center.
+/// Draws a hole that stays within this radius around its center.
 pub(crate) fn draw_hole(builder: &mut PartBuilder, host: &Host, room: f64) -> Feature {
     let radius = builder.length(0.35 * room, 0.85 * room);
     let turn = builder.fraction(0.0, 2.0 * PI);
@@ -234,7 +235,7 @@ pub(crate) fn draw_hole(builder: &mut PartBuilder, host: &Host, room: f64) -> Fe
     }
 }
 
-/// A depth at which a drill of this radius leaves some material under its tip.
+/// Draws a depth at which a drill of this radius leaves some material under its tip.
 fn blind_depth(builder: &mut PartBuilder, depth: f64, radius: f64) -> f64 {
     let tip = radius * 0.601;
     builder
@@ -291,7 +292,7 @@ pub(crate) fn draw_pocket(builder: &mut PartBuilder, host: &Host, room: f64) -> 
     }
 }
 
-/// Draws a boss that stays within this radius, feet included.
+/// Draws a boss that stays within this radius, including its foot.
 pub(crate) fn draw_boss(builder: &mut PartBuilder, room: f64) -> Feature {
     let radius = builder.length(0.45 * room, 0.85 * room);
     let height = builder.length(0.5 * radius, 1.6 * radius);
@@ -322,7 +323,7 @@ pub(crate) fn draw_boss(builder: &mut PartBuilder, room: f64) -> Feature {
         ),
         _ => builder.round(radius),
     };
-    // A round foot with mitered corners would need elliptic edges; those are kept to a few parts.
+    // A round foot with mitered corners needs elliptic edges, which only a few parts should have.
     let is_mitered = profile.sides.iter().all(|side| *side == Side::Line);
     let foot = if is_mitered && builder.circle != Circle::Halved {
         0.0

@@ -1,6 +1,6 @@
-//! Makes small solids with known answers, for the tests of anything that reads STEP.
+//! Makes small solids with known properties, for tests of programs that read STEP.
 //!
-//! Each function gives the text of a file; sizes are in millimeters, also if the file is written in another unit.
+//! Each function returns the text of a file. Sizes are in millimeters, even if the file is written in another unit.
 
 use crate::feature::Feature;
 use crate::frame::Frame;
@@ -18,7 +18,7 @@ use crate::wavy_block::add_wavy_block;
 pub enum FullTurn {
     /// One face with a seam edge.
     Seamed,
-    /// One face with separate bounds and no seam; a point is a `VERTEX_LOOP`.
+    /// One face with separate bounds and no seam. A bound that is a point is a `VERTEX_LOOP`.
     Seamless,
     /// Two half faces.
     Halved,
@@ -90,7 +90,7 @@ pub fn cylinder(radius: f64, height: f64, turn: FullTurn) -> String {
     )
 }
 
-/// A cone that narrows, or widens, from `radius` to `top_radius`; written in the given angle unit.
+/// A truncated cone from `radius` to `top_radius`, written in the given angle unit.
 #[must_use]
 pub fn frustum(radius: f64, top_radius: f64, height: f64, turn: FullTurn, angle: Angle) -> String {
     let shell = block(
@@ -111,7 +111,7 @@ pub fn frustum(radius: f64, top_radius: f64, height: f64, turn: FullTurn, angle:
     )
 }
 
-/// A full cone with its apex; its `Seamless` form bounds the apex by a `VERTEX_LOOP`.
+/// A full cone with its apex. In the `Seamless` form, a `VERTEX_LOOP` bounds the face at the apex.
 #[must_use]
 pub fn cone(radius: f64, height: f64, turn: FullTurn) -> String {
     solid(
@@ -120,9 +120,9 @@ pub fn cone(radius: f64, height: f64, turn: FullTurn) -> String {
     )
 }
 
-/// A whole sphere about the origin: a lune from pole to pole, or two.
+/// A full sphere around the origin: one lune from pole to pole, or two.
 ///
-/// The seamless form is one face that a `VERTEX_LOOP` at its north pole bounds.
+/// The seamless form is one face, bounded by a `VERTEX_LOOP` at its north pole.
 #[must_use]
 pub fn sphere(radius: f64, turn: FullTurn) -> String {
     let mut shell = Shell::default();
@@ -140,7 +140,7 @@ pub fn sphere(radius: f64, turn: FullTurn) -> String {
         });
         return solid("sphere", &shell);
     }
-    // The profile is the equator; the path comes from the south pole and goes to the north pole.
+    // The profile is the equator, and the path goes from the south pole to the north pole.
     let path = Path {
         stations: vec![[-radius, -radius]],
         steps: Vec::new(),
@@ -169,7 +169,7 @@ pub fn hemisphere(radius: f64, turn: FullTurn) -> String {
     )
 }
 
-/// A whole torus about the z axis: one face, whose two closed edges are both seams.
+/// A full torus around the z axis: one face whose two closed edges are both seams.
 #[must_use]
 pub fn torus(major: f64, minor: f64) -> String {
     let mut shell = Shell::default();
@@ -222,7 +222,7 @@ pub fn filleted_block(size: [f64; 3], corner: f64, fillet: f64) -> String {
     solid("filleted-block", &block(&profile, &path))
 }
 
-/// A block whose top edges are cut off at 45°; mitered corners, planes only.
+/// A block whose top edges are cut off at 45°. Its corners are mitered, so all faces are planes.
 #[must_use]
 pub fn chamfered_block(size: [f64; 3], chamfer: f64) -> String {
     let profile = Profile::rectangle([0.0; 2], [size[0], size[1]]);
@@ -280,7 +280,7 @@ pub fn bent_top(bend_deg: f64) -> String {
     )
 }
 
-/// A block one of whose walls is written as two coplanar faces: seven faces, six parts.
+/// A block with one wall that is written as two coplanar faces: seven faces, six parts.
 #[must_use]
 pub fn split_block(size: [f64; 3]) -> String {
     let profile = Profile::rectangle([0.0; 2], [size[0], size[1]]).split(0, 0.4);
@@ -298,7 +298,7 @@ pub fn open_box(size: [f64; 3]) -> String {
     write(&Document::plain("open-box"), &[Body::Open(&shell)])
 }
 
-/// A block with a block-shaped void, as a `BREP_WITH_VOIDS`; the wall is `wall` thick on all sides.
+/// A block with a block-shaped void, as a `BREP_WITH_VOIDS`. The wall has the thickness `wall` on all sides.
 #[must_use]
 pub fn hollow_block(size: [f64; 3], wall: f64) -> String {
     let outer = cuboid_at([0.0; 3], size);
@@ -309,7 +309,7 @@ pub fn hollow_block(size: [f64; 3], wall: f64) -> String {
     )
 }
 
-/// Two blocks in one file, a gap of 10 apart.
+/// Two blocks in one file, with a gap of 10 mm between them.
 #[must_use]
 pub fn two_blocks(size: [f64; 3]) -> String {
     let first = cuboid_at([0.0; 3], size);
@@ -320,7 +320,7 @@ pub fn two_blocks(size: [f64; 3]) -> String {
     )
 }
 
-/// A block 40 × 30 × about 15 whose top is a cubic B-spline surface; its volume is the second value.
+/// A block of 40 mm × 30 mm × about 15 mm whose top is a cubic B-spline surface, and its volume in cubic millimeters.
 #[must_use]
 pub fn wavy_block() -> (String, f64) {
     let row = |tilt: f64| [15.0, 16.0 + tilt, 13.0, 15.0 - tilt, 14.0].to_vec();
@@ -336,7 +336,7 @@ pub fn wavy_block() -> (String, f64) {
     (solid("wavy-block", &shell), shell.volume)
 }
 
-/// A block whose faces are called `face 0` to `face 5` and of which every third is orange.
+/// A block whose faces are named `face 0` to `face 5`. Every third face is orange.
 #[must_use]
 pub fn colored_cuboid(size: [f64; 3]) -> String {
     let decoration = Decoration::NamedAndColored;

@@ -1,4 +1,4 @@
-//! Defines right-handed coordinate systems: a point of a plane and a height go in, a point of space comes out.
+//! Defines right-handed coordinate systems, which convert a point of a plane and a height to a point in space.
 
 use partprobe_carrier::{Point, cross, dot, norm, subtract};
 
@@ -15,7 +15,7 @@ pub(crate) struct Frame {
 }
 
 impl Frame {
-    /// The axes of space.
+    /// The world coordinate system.
     pub(crate) const WORLD: Self = Self {
         origin: [0.0; 3],
         x: [1.0, 0.0, 0.0],
@@ -23,7 +23,7 @@ impl Frame {
         z: [0.0, 0.0, 1.0],
     };
 
-    /// The frame with this origin, z axis, and x axis made perpendicular to z.
+    /// The frame with this origin and z axis. Its x axis is the part of `x` that is perpendicular to z.
     pub(crate) fn new(origin: Point, z: Point, x: Point) -> Self {
         let z = unit(z);
         let x = unit(subtract(x, scaled(z, dot(x, z))));
@@ -56,7 +56,7 @@ impl Frame {
         ]
     }
 
-    /// The same axes, farther along z.
+    /// The frame moved along its z axis.
     pub(crate) fn lifted(&self, z: f64) -> Self {
         Self {
             origin: self.point([0.0; 2], z),
@@ -64,7 +64,7 @@ impl Frame {
         }
     }
 
-    /// The same axes at another point of the frame's plane.
+    /// The frame moved to another point of its plane.
     pub(crate) fn moved(&self, to: Planar) -> Self {
         Self {
             origin: self.point(to, 0.0),
@@ -81,7 +81,8 @@ impl Frame {
         }
     }
 
-    /// The frame at `origin` with the axis along z, or against it, and x towards the planar direction `towards`.
+    /// The frame at `origin` whose z axis is this frame's z, or its opposite, and whose x axis is the planar direction
+    /// `towards`.
     pub(crate) fn axis_at(&self, origin: Point, towards: Planar, along_z: bool) -> Self {
         let z = if along_z {
             self.z
@@ -128,7 +129,7 @@ pub(crate) fn planar_unit(a: Planar) -> Planar {
     [a[0] / length, a[1] / length]
 }
 
-/// The planar vector rotated by a quarter clockwise: the right-hand side of a walk.
+/// The planar vector rotated clockwise by 90°. It points to the right of the given direction.
 pub(crate) fn right_of(a: Planar) -> Planar {
     [a[1], -a[0]]
 }

@@ -1,4 +1,4 @@
-//! Defines curves and surfaces of a shape, with the normals that they have in closed form.
+//! Defines the curves and surfaces of a shape, with normals in closed form.
 
 use crate::frame::{Frame, Planar, added, scaled, unit};
 use crate::patch::Patch;
@@ -6,14 +6,14 @@ use crate::spline;
 use partprobe_carrier::{FaceType, Point, cross, dot, subtract};
 use std::f64::consts::TAU;
 
-/// The curve of an edge; its direction is that of the edge.
+/// The curve of an edge. It has the direction of the edge.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Curve {
     /// A straight line between the edge's ends.
     Line,
     /// A circle, anticlockwise in the frame's plane.
     Circle { frame: Frame, radius: f64 },
-    /// An ellipse, anticlockwise in the frame's plane; the axes lie along x and y.
+    /// An ellipse, anticlockwise in the frame's plane, with its axes along x and y.
     Ellipse {
         frame: Frame,
         along_x: f64,
@@ -54,14 +54,14 @@ fn conic_middle(frame: &Frame, [a, b]: Planar, start: Point, end: Point) -> Poin
     frame.point([a * libm::cos(middle), b * libm::sin(middle)], 0.0)
 }
 
-/// The surface of a face; lengths in millimeters, angles in radians.
+/// The surface of a face. Lengths are in millimeters, angles in radians.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Surface {
     /// The plane through the origin, normal to z.
     Plane(Frame),
     /// A cylinder about z.
     Cylinder { frame: Frame, radius: f64 },
-    /// A cone about z that widens along z; `radius` is that at the origin.
+    /// A cone about z that widens along z. `radius` is its radius at the origin.
     Cone {
         frame: Frame,
         radius: f64,
@@ -84,7 +84,7 @@ pub(crate) enum Surface {
 }
 
 impl Surface {
-    /// The primitive type that the surface's STEP entity stands for.
+    /// The primitive type of the STEP entity that the surface is written as.
     pub(crate) fn face_type(&self) -> FaceType {
         match self {
             Self::Plane(_) => FaceType::Plane,
@@ -150,7 +150,7 @@ fn revolved_normal(controls: &[Point], axis: &Frame, point: Point) -> Point {
     ))
 }
 
-/// The angle between two unit vectors, in degrees, well-conditioned at 0 and at 180.
+/// The angle between two unit vectors, in degrees. The formula is well-conditioned at 0° and at 180°.
 pub(crate) fn angle_deg(a: Point, b: Point) -> f64 {
     libm::atan2(partprobe_carrier::norm(cross(a, b)), dot(a, b)).to_degrees()
 }

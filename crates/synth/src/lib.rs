@@ -1,4 +1,4 @@
-//! Generates mechanical parts as STEP text, with everything that a reader should find in them.
+//! Generates mechanical parts as STEP text, together with the results that a STEP reader should compute from them.
 //!
 //! ```
 //! use partprobe_synth::{SynthSettings, part};
@@ -13,8 +13,8 @@
 //! # What it guarantees
 //!
 //! - Every part is a closed solid in an AP214 file.
-//! - The partition that a labeler should find, the volume, and the areas of all faces but those on B-spline surfaces are
-//!   computed in closed form, from the construction and not from the text.
+//! - The partition that a labeler should find, the volume, and the areas of all faces except those on B-spline surfaces are
+//!   computed in closed form from the construction, not from the text.
 //! - The same settings and index give the same text on every machine.
 //!
 //! # What it does not do
@@ -47,7 +47,7 @@ use step::{AngleUnit, Body, Decoration, Document, LengthUnit};
 
 /// The seed, and the bounds on the number of STEP parts.
 ///
-/// Bounds outside 2 to 40 are moved to the nearest of these. A maximum below the minimum counts as the minimum.
+/// Bounds are clamped to 2 and 40. A maximum below the minimum is set to the minimum.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SynthSettings {
     /// The seed that every part's random numbers depend on.
@@ -58,7 +58,7 @@ pub struct SynthSettings {
     pub max_parts: u32,
 }
 
-/// One generated solid, and what is known about it from its construction.
+/// One generated solid, and its properties that follow from the construction.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SynthPart {
     /// The name, for example `synth-000017-flange`; it is also the product's name in the file.
@@ -71,22 +71,22 @@ pub struct SynthPart {
     pub n_faces: u32,
     /// The number of STEP parts of its faces at 8°.
     pub n_parts: u32,
-    /// The expected part of each face, in the order of the file. Ids are numbered by the lowest face of each part.
+    /// The expected part of each face, in the order of the file. Parts are numbered in the order of their first faces.
     pub face_parts: Vec<u32>,
     /// The primitive type of each face.
     pub face_types: Vec<FaceType>,
-    /// The area of each face in square millimeters, exact to rounding; `None` on B-spline surfaces.
+    /// The area of each face in square millimeters, exact up to rounding. `None` for B-spline surfaces.
     pub face_areas: Vec<Option<f64>>,
-    /// The volume in cubic millimeters, exact to rounding.
+    /// The volume in cubic millimeters, exact up to rounding.
     pub volume: f64,
 }
 
-/// The number of times that a family is drawn before a stepped pin with exactly the wanted number of parts is made.
+/// The number of attempts with random families. If all fail, a stepped pin with exactly the target number of parts is made.
 const N_ATTEMPTS: u32 = 200;
-/// The number of these attempts that must also come near the number of parts that was drawn for the index.
+/// The number of these attempts that are accepted only if their number of parts is near the target.
 const N_NEAR_ATTEMPTS: u32 = 60;
 
-/// Generates the part with this index: a pure function of its two arguments.
+/// Generates the part with this index. The result depends only on the two arguments.
 #[must_use]
 pub fn part(settings: &SynthSettings, index: u64) -> SynthPart {
     let bounds = bounds(settings);
@@ -127,14 +127,14 @@ fn bounds(settings: &SynthSettings) -> [u32; 2] {
     [low, settings.max_parts.clamp(low, 40)]
 }
 
-/// The number of parts that a part should have; small ones are more common, as in real collections.
+/// Draws the target number of STEP parts. Small numbers are more common, as in real collections.
 fn target(seed: u64, index: u64, [low, high]: [u32; 2]) -> u32 {
     let mut rng = keyed_rng(seed, &["synth-target", &index.to_string()]);
     let skew = rng.random_range(0.0..1.0_f64);
     low + (f64::from(high - low) * skew * skew.sqrt()).round() as u32
 }
 
-/// One try at a part.
+/// One attempt to generate a part.
 struct Attempt {
     seed: u64,
     index: u64,
@@ -143,7 +143,7 @@ struct Attempt {
 }
 
 impl Attempt {
-    /// A part of a random family. Returns `None` if it has too few or too many STEP parts.
+    /// Draws a part of a random family. Returns `None` if it has too few or too many STEP parts.
     fn drawn(&self, [low, high]: [u32; 2]) -> Option<(Family, Shell, Partition)> {
         let last = u32::try_from(FAMILIES.len() - 1).unwrap_or(0);
         let built = self.built(|builder| FAMILIES[builder.count(0, last) as usize]);
@@ -166,7 +166,7 @@ impl Attempt {
     }
 }
 
-/// Units, names and colors of a part's file; most are in millimeters and radians.
+/// Draws the units, names and colors of a part's file. Most files are in millimeters and radians.
 fn document(seed: u64, index: u64, name: &str) -> Document {
     let mut rng = keyed_rng(seed, &["synth-file", &index.to_string()]);
     let mut roll = |sides: u32| rng.random_range(0..sides);
@@ -191,7 +191,8 @@ fn document(seed: u64, index: u64, name: &str) -> Document {
     }
 }
 
-/// Entities are numbered 1, 2, … in order, every reference points at one of them, and all is ASCII.
+/// Checks that entities are numbered 1, 2, … in order, that every reference points at one of them, and that the text is
+/// ASCII.
 #[cfg(test)]
 #[track_caller]
 fn step_text_check(name: &str, step: &str) {

@@ -16,9 +16,9 @@ pub(crate) struct PartBuilder {
     pub(crate) shell: Shell,
     /// The position and orientation of the part in space.
     pub(crate) plane: Frame,
-    /// How full circles of this part are written.
+    /// The form in which full circles of this part are written.
     pub(crate) circle: Circle,
-    /// The number of STEP parts that are wanted. Families stop adding features near it.
+    /// The target number of STEP parts. Families stop adding features when they are near it.
     pub(crate) target: u32,
 }
 
@@ -28,9 +28,9 @@ pub(crate) struct Host {
     /// Its z axis points out of the solid, and its origin is on the face.
     pub(crate) plane: Frame,
     pub(crate) face: usize,
-    /// The thickness of the material below the face.
+    /// The thickness of the material behind the face.
     pub(crate) depth: f64,
-    /// The parallel face at that depth, if a hole may go through it.
+    /// The parallel face at that depth, if a hole may go through to it.
     pub(crate) through: Option<usize>,
 }
 
@@ -62,7 +62,7 @@ impl PartBuilder {
         }
     }
 
-    /// A length between two bounds, on a grid of a twentieth of a millimeter.
+    /// A random length between two bounds, in multiples of 0.05 mm.
     pub(crate) fn length(&mut self, low: f64, high: f64) -> f64 {
         let drawn = (self.fraction(low, high) * 20.0).round() / 20.0;
         if drawn < low || drawn > high {
@@ -72,28 +72,28 @@ impl PartBuilder {
         }
     }
 
-    /// A number between two bounds.
+    /// A random number between two bounds.
     pub(crate) fn fraction(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.rng.random_range(0.0..1.0)
     }
 
-    /// A whole number between two bounds, both included.
+    /// A random integer between two bounds, both included.
     pub(crate) fn count(&mut self, low: u32, high: u32) -> u32 {
         self.rng.random_range(low..=high.max(low))
     }
 
-    /// Whether something with this probability happens.
+    /// Returns `true` with this probability.
     pub(crate) fn chance(&mut self, probability: f64) -> bool {
         self.fraction(0.0, 1.0) < probability
     }
 
-    /// The number of STEP parts that are still wanted; every face counts as one.
-    pub(crate) fn wanted(&self) -> u32 {
+    /// The number of STEP parts that are missing to the target. Every face counts as one part.
+    pub(crate) fn n_missing_parts(&self) -> u32 {
         self.target
             .saturating_sub(u32::try_from(self.shell.faces.len()).unwrap_or(u32::MAX))
     }
 
-    /// A circle about the origin, written in the part's way.
+    /// A circle around the origin, in the form in which this part's circles are written.
     pub(crate) fn round(&self, radius: f64) -> Profile {
         Profile::circle([0.0; 2], radius, self.circle)
     }
@@ -103,7 +103,7 @@ impl PartBuilder {
         self.shell.block(plane, profile, path)
     }
 
-    /// Sweeps a hole between two faces at the ends of the path, which runs up.
+    /// Sweeps a hole between two faces, which are at the ends of the path. The path runs up.
     pub(crate) fn bore(
         &mut self,
         plane: &Frame,
@@ -156,7 +156,7 @@ impl Shell {
 }
 
 impl Block {
-    /// The top as a host that holes can pass through, down to the bottom.
+    /// The top as a host. Holes can pass through it to the bottom.
     pub(crate) fn top_host(&self, plane: &Frame) -> Option<Host> {
         let [low, high] = self.levels;
         let face = self.top?;
@@ -168,7 +168,7 @@ impl Block {
         })
     }
 
-    /// The bottom as a host for features that do not pass through.
+    /// The bottom as a host. Features cannot pass through it.
     pub(crate) fn bottom_host(&self, plane: &Frame) -> Host {
         let [low, high] = self.levels;
         Host {
@@ -180,7 +180,7 @@ impl Block {
     }
 }
 
-/// The frame of a straight wall: x along the side, y up, the origin at the side's start.
+/// The frame of a straight wall: x is along the side, y is up, and the origin is at the side's start.
 pub(crate) fn wall_plane(plane: &Frame, profile: &Profile, side: usize, level: f64) -> Frame {
     let placed = profile.side(side);
     debug_assert!(*placed.side == Side::Line);
@@ -194,7 +194,7 @@ pub(crate) fn wall_plane(plane: &Frame, profile: &Profile, side: usize, level: f
     }
 }
 
-/// The centers of a grid of cells over a rectangle, row by row, and the radius that is free around each.
+/// The centers of a grid of cells in a rectangle, row by row, and the radius of the free circle around each center.
 pub(crate) fn cells(low: Planar, high: Planar, [nx, ny]: [u32; 2]) -> (Vec<Planar>, f64) {
     let step = [
         (high[0] - low[0]) / f64::from(nx),
@@ -210,11 +210,11 @@ pub(crate) fn cells(low: Planar, high: Planar, [nx, ny]: [u32; 2]) -> (Vec<Plana
         .flat_map(|j| (0..nx).map(move |i| (i, j)))
         .map(|(i, j)| middle(i, j))
         .collect();
-    // Less than half, so that features of neighboring cells do not touch.
+    // The radius is less than half of a cell, so that features of neighboring cells do not touch.
     (centers, 0.46 * step[0].min(step[1]))
 }
 
-/// Half of the parts have the axes of space, some have exchanged axes, and the others have any placement.
+/// Draws a placement: half of the parts have the world axes, some have exchanged axes, and the others have any orientation.
 fn random_placement(rng: &mut Rng) -> Frame {
     let mut unit = || rng.random_range(0.0..1.0);
     let kind: f64 = unit();
@@ -227,7 +227,7 @@ fn random_placement(rng: &mut Rng) -> Frame {
         let z_axis = if kind < 0.55 { scaled(y, -1.0) } else { y };
         return Frame::new(origin, z_axis, if kind < 0.6 { x } else { z });
     }
-    // A uniform direction, and a uniform rotation about it.
+    // A uniformly distributed direction, and a uniformly distributed rotation about it.
     let height = 2.0 * unit() - 1.0;
     let around = TAU * unit();
     let turn = TAU * unit();

@@ -1,4 +1,4 @@
-//! Defines a B-spline surface that is a height over a rectangle, so that its points and normals have closed forms.
+//! Defines a B-spline surface that is a height field over a rectangle, so that its points and normals have closed forms.
 
 use crate::frame::{Frame, Planar, unit};
 use crate::spline;
@@ -12,7 +12,7 @@ pub(crate) struct Patch {
     pub(crate) frame: Frame,
     pub(crate) low: Planar,
     pub(crate) high: Planar,
-    /// Heights of the control points, a row for each step along x.
+    /// Heights of the control points, one row per step along x.
     pub(crate) heights: Vec<Vec<f64>>,
 }
 
@@ -40,7 +40,7 @@ impl Patch {
             .collect()
     }
 
-    /// The mean height over the rectangle, exactly.
+    /// The exact mean height over the rectangle.
     pub(crate) fn mean_height(&self) -> f64 {
         let along_x = spline::basis_integrals(self.heights.len());
         let along_y = spline::basis_integrals(self.heights[0].len());
@@ -58,7 +58,7 @@ impl Patch {
             .sum()
     }
 
-    /// The unit normal above the place of `point`, on the side of the frame's z.
+    /// The unit normal at the x and y of `point`, on the side of the frame's z axis.
     pub(crate) fn normal(&self, point: Point) -> Point {
         let [x, y, _] = self.frame.coordinates(point);
         let (width, depth) = (self.high[0] - self.low[0], self.high[1] - self.low[1]);

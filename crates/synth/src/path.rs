@@ -1,10 +1,9 @@
-//! Describes the path of a wall: how far it is from its profile at each height, as steps in the plane of offset and
-//! height.
+//! Describes the path of a wall as steps in a plane. The coordinates are the offset from the profile, and the height.
 
 use crate::frame::Planar;
 use crate::side::{PlacedSide, Side};
 
-/// An open line in the plane whose first axis is the offset to the profile's right and whose second is the height.
+/// An open line in the plane whose first axis is the offset to the right of the profile and whose second is the height.
 ///
 /// A station is a corner of the line. Invariant: there is one more station than steps.
 #[derive(Clone, Debug, PartialEq)]
@@ -13,17 +12,17 @@ pub(crate) struct Path {
     pub(crate) steps: Vec<Side>,
 }
 
-/// The direction of a quarter circle at its start; at its end it has the other direction.
+/// The direction of a quarter circle at its start. At its end it has the other direction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Leaves {
-    /// It starts upright, as a wall ends.
+    /// It starts vertically, for example where a wall ends.
     Upright,
-    /// It starts flat, as a floor ends.
+    /// It starts horizontally, for example where a floor ends.
     Flat,
 }
 
 impl Path {
-    /// Starts on the profile itself, at this height.
+    /// Starts a path on the profile itself, at this height.
     pub(crate) fn at(height: f64) -> Self {
         Self {
             stations: vec![[0.0, height]],
@@ -36,7 +35,7 @@ impl Path {
         self.stations[0]
     }
 
-    /// The offset and height at which the path ends so far.
+    /// The offset and height at which the path currently ends.
     pub(crate) fn end(&self) -> Planar {
         self.stations[self.stations.len() - 1]
     }
@@ -61,7 +60,7 @@ impl Path {
         self
     }
 
-    /// Goes along a quarter circle by this offset and height, which are equal up to their signs.
+    /// Goes along a quarter circle by this offset and height, which must be equal except for their signs.
     pub(crate) fn round(self, offset: f64, height: f64, leaves: Leaves) -> Self {
         let [out, z] = self.end();
         let center = match leaves {
@@ -72,7 +71,7 @@ impl Path {
         self.arc_to([out + offset, z + height], center, ccw)
     }
 
-    /// Goes along a spline whose control points are the last station and these.
+    /// Goes along a spline. Its control points are the last station and these points.
     pub(crate) fn spline_through(mut self, controls: &[Planar]) -> Self {
         let mut all = vec![self.end()];
         all.extend_from_slice(controls);

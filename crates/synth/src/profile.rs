@@ -1,30 +1,30 @@
-//! Makes closed planar profiles: dimensions go in, loops of lines and arcs that can be offset come out.
+//! Makes closed planar profiles from dimensions: loops of lines, arcs and splines.
 //!
-//! A profile keeps the material on its left, so a boundary runs anticlockwise and a hole clockwise.
+//! The material is on the left of a profile, so a boundary runs anticlockwise and a hole clockwise.
 
 use crate::frame::{Planar, from_to, length, moved, planar_unit, polar, right_of};
 use crate::side::{PlacedSide, Side};
 use std::f64::consts::TAU;
 
-/// How a full circle is written.
+/// The form in which a full circle is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Circle {
-    /// One closed edge; walls have a seam.
+    /// One closed edge. Walls have a seam.
     Seamed,
-    /// One closed edge; walls have two separate bounds and no seam.
+    /// One closed edge. Walls have two separate bounds and no seam.
     Seamless,
-    /// Two half circles; walls are two half cylinders.
+    /// Two half circles. Walls are two half cylinders.
     Halved,
 }
 
 /// A closed loop of sides.
 ///
-/// Invariant: side `i` runs from point `i` to the next one, the last one back to the first.
+/// Invariant: side `i` runs from point `i` to the next point, and the last side runs back to the first point.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Profile {
     pub(crate) points: Vec<Planar>,
     pub(crate) sides: Vec<Side>,
-    /// Walls of the profile's only side are written without a seam.
+    /// Whether the walls of a profile with a single side are written without a seam.
     pub(crate) seamless: bool,
 }
 
@@ -42,7 +42,7 @@ impl Profile {
         Self::rotated_circle(center, radius, style, 0.0)
     }
 
-    /// A circle whose first vertex stands at this angle.
+    /// A circle whose first vertex is at this angle.
     pub(crate) fn rotated_circle(center: Planar, radius: f64, style: Circle, angle: f64) -> Self {
         let arc = Side::Arc { center, ccw: true };
         let start = polar(center, radius, angle);
@@ -65,7 +65,7 @@ impl Profile {
         Self::new(points, sides)
     }
 
-    /// A regular polygon whose sides are `apothem` away from the center.
+    /// A regular polygon whose sides are at the distance `apothem` from the center.
     pub(crate) fn regular(center: Planar, apothem: f64, n_sides: u32, turn: f64) -> Self {
         let step = TAU / f64::from(n_sides);
         let radius = apothem / libm::cos(step / 2.0);
@@ -81,7 +81,7 @@ impl Profile {
         Self::polygon(vec![low, [high[0], low[1]], high, [low[0], high[1]]])
     }
 
-    /// A polygon with each corner rounded by its radius; radius 0 leaves the corner sharp.
+    /// A polygon with each corner rounded by its radius. Radius 0 leaves the corner sharp.
     pub(crate) fn rounded(corners: &[Planar], radii: &[f64]) -> Self {
         let n = corners.len();
         let (mut points, mut sides) = (Vec::new(), Vec::new());
@@ -128,7 +128,7 @@ impl Profile {
         )
     }
 
-    /// The hull of two circles: a slot where the radii are equal, a link otherwise.
+    /// The hull of two circles: a slot if the radii are equal, otherwise a link.
     pub(crate) fn hull(a: Planar, radius_a: f64, b: Planar, radius_b: f64) -> Self {
         let axis = from_to(a, b);
         let toward = libm::atan2(axis[1], axis[0]);
@@ -143,7 +143,7 @@ impl Profile {
         Self::new(points, vec![Side::Line, arc(b), Side::Line, arc(a)])
     }
 
-    /// A slot bent around a center, with round ends of radius `half_width`.
+    /// A slot that is bent around a center, with round ends of radius `half_width`.
     pub(crate) fn bent_slot(
         center: Planar,
         radius: f64,
@@ -171,12 +171,12 @@ impl Profile {
         Self::new(points, sides)
     }
 
-    /// Sides between the given points, for profiles that no other constructor makes.
+    /// A profile of the given points and the sides between them.
     pub(crate) fn of_sides(points: Vec<Planar>, sides: Vec<Side>) -> Self {
         Self::new(points, sides)
     }
 
-    /// How many sides there are.
+    /// The number of sides.
     pub(crate) fn n_sides(&self) -> usize {
         self.sides.len()
     }
@@ -208,7 +208,7 @@ impl Profile {
         [(a[0] + b[0]) / shrink, (a[1] + b[1]) / shrink]
     }
 
-    /// The profile offset to its right: a boundary grows by a positive distance, a hole shrinks.
+    /// The profile offset to its right. A positive distance enlarges a boundary and shrinks a hole.
     pub(crate) fn offset(&self, distance: f64) -> Self {
         if distance == 0.0 {
             return self.clone();
@@ -222,7 +222,7 @@ impl Profile {
         }
     }
 
-    /// The same loop walked the other way: the boundary of a hole.
+    /// The same loop in the opposite direction. It bounds a hole.
     pub(crate) fn reversed(&self) -> Self {
         let n = self.n_sides();
         let points = (0..n).map(|i| self.points[(n - i) % n]).collect();
@@ -241,7 +241,7 @@ impl Profile {
         }
     }
 
-    /// The profile with a vertex put into side `i`, at this fraction of it; splines stay whole.
+    /// The profile with a vertex inserted into side `i`, at this fraction of it. A spline is not split.
     pub(crate) fn split(&self, i: usize, fraction: f64) -> Self {
         let placed = self.side(i);
         if matches!(self.sides[i], Side::Spline(_)) {

@@ -1,6 +1,6 @@
-//! Builds a shell: vertices, edges and faces that share them, with the areas that are known in closed form.
+//! Builds a shell: vertices, edges, and faces that share them, with the areas that are known in closed form.
 //!
-//! Every edge of a closed shell is walked once in each direction; the tests ask each family for that.
+//! The loops of a closed shell walk every edge once in each direction. Tests check this for each family.
 
 use crate::frame::Frame;
 use crate::geometry::{Curve, Surface};
@@ -21,10 +21,10 @@ pub(crate) struct Walk {
     pub(crate) forward: bool,
 }
 
-/// A boundary of a face; the face is on the left of the walk, seen from outside the solid.
+/// A boundary of a face. Seen from outside the solid, the face is on the left of the walk.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Loop {
-    /// Edges end to end.
+    /// Connected edges.
     Edges(Vec<Walk>),
     /// A single vertex, such as the apex of a cone.
     Vertex(usize),
@@ -34,22 +34,22 @@ pub(crate) enum Loop {
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Face {
     pub(crate) surface: Surface,
-    /// The surface's normal points out of the solid.
+    /// Whether the surface's normal points out of the solid.
     pub(crate) same_sense: bool,
-    /// The outer boundary first.
+    /// The boundaries, the outer one first.
     pub(crate) loops: Vec<Loop>,
-    /// Area in square millimeters, where a closed form is known.
+    /// Area in square millimeters. `None` if no closed form is known.
     pub(crate) area: Option<f64>,
 }
 
-/// Edges end to end around a profile, at one height.
+/// The connected edges around a profile, at one height.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Ring {
-    /// The vertices, one for each side of the profile; all the same where the profile has shrunk to a point.
+    /// The vertices, one per side of the profile. They are all the same if the profile has shrunk to a point.
     pub(crate) corners: Vec<usize>,
-    /// The edges, one for each side. There are none if the profile has shrunk to a point.
+    /// The edges, one per side. Empty if the profile has shrunk to a point.
     pub(crate) edges: Vec<usize>,
-    /// The area inside, negative for a hole's profile.
+    /// The area inside. It is negative for a hole's profile.
     pub(crate) area: f64,
 }
 
@@ -80,20 +80,20 @@ impl Ring {
     }
 }
 
-/// Which way a ring is walked.
+/// The direction in which a ring is walked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Direction {
     Forward,
     Backward,
 }
 
-/// Faces and what they share.
+/// Faces, and the vertices and edges that they share.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Shell {
     pub(crate) vertices: Vec<Point>,
     pub(crate) edges: Vec<Edge>,
     pub(crate) faces: Vec<Face>,
-    /// Volume inside, in cubic millimeters.
+    /// The enclosed volume, in cubic millimeters.
     pub(crate) volume: f64,
 }
 
@@ -116,7 +116,7 @@ impl Shell {
         self.faces.len() - 1
     }
 
-    /// Closes a ring with a plane whose normal, the frame's z, points out of the solid.
+    /// Closes a ring with a plane. Its normal, the frame's z axis, points out of the solid.
     pub(crate) fn cap(&mut self, plane: &Frame, ring: &Ring, direction: Direction) -> usize {
         self.face(Face {
             surface: Surface::Plane(*plane),
@@ -126,14 +126,14 @@ impl Shell {
         })
     }
 
-    /// Cuts a ring out of a planar face: a hole or the foot of a boss begins there.
+    /// Cuts a ring out of a planar face, where a hole or a boss starts.
     pub(crate) fn open(&mut self, face: usize, ring: &Ring, direction: Direction) {
         let face = &mut self.faces[face];
         face.loops.push(ring.walked(direction));
         face.area = face.area.map(|area| area - ring.area.abs());
     }
 
-    /// The faces on each edge with the direction of their walk, in face order.
+    /// The faces at each edge, in face order, and whether they walk the edge forward.
     pub(crate) fn uses(&self) -> Vec<Vec<(usize, bool)>> {
         let mut uses = vec![Vec::new(); self.edges.len()];
         for (face_idx, face) in self.faces.iter().enumerate() {
@@ -145,7 +145,7 @@ impl Shell {
     }
 }
 
-/// The edges of a loop; none for a single vertex.
+/// The edges of a loop. Empty for a single vertex.
 pub(crate) fn walks(walked: &Loop) -> &[Walk] {
     match walked {
         Loop::Edges(walks) => walks,
@@ -165,7 +165,7 @@ impl Shell {
         }
     }
 
-    /// What keeps the shell from being closed and consistent: open loops, edges not walked once in each direction.
+    /// The defects of a shell that is not closed: open loops, and edges that are not walked once in each direction.
     pub(crate) fn defects(&self) -> Vec<String> {
         let open_loops = self.faces.iter().enumerate().flat_map(|(idx, face)| {
             let open = |walked: &&Loop| !self.is_closed(walked);

@@ -1,22 +1,22 @@
-//! Describes one side of a planar line: straight, a circular arc, or a spline. Profiles and paths are made of them.
+//! Describes one side of a profile or one step of a path: a straight line, a circular arc, or a spline.
 
 use crate::frame::{Planar, from_to, length, moved, planar_unit, polar, right_of};
 use crate::spline;
 use std::f64::consts::TAU;
 
-/// How a planar line gets from one point to the next.
+/// The curve between two neighboring points of a planar line.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Side {
-    /// Straight on.
+    /// A straight line.
     Line,
-    /// Along a circle; a full turn where the two points are one.
+    /// A circular arc. It is a full circle if the two points are equal.
     Arc {
         /// The center of the circle.
         center: Planar,
-        /// Anticlockwise: the center is on the left.
+        /// Whether the arc is anticlockwise, so that the center is on its left.
         ccw: bool,
     },
-    /// Along a clamped uniform cubic spline; its control points, both ends among them.
+    /// A clamped uniform cubic spline with these control points, which include both ends.
     Spline(Vec<Planar>),
 }
 
@@ -50,7 +50,7 @@ impl PlacedSide<'_> {
         }
     }
 
-    /// The angle that an arc turns, positive anticlockwise; 0 for the other kinds.
+    /// The angle of an arc, positive if it is anticlockwise. Returns 0 for other curves.
     pub(crate) fn turn(&self) -> f64 {
         let Side::Arc { center, ccw } = *self.side else {
             return 0.0;
@@ -76,7 +76,7 @@ impl PlacedSide<'_> {
         }
     }
 
-    /// The point at `t` of the way, 0 at the start and 1 at the end.
+    /// The point at the parameter `t`, which is 0 at the start and 1 at the end.
     pub(crate) fn point(&self, t: f64) -> Planar {
         match self.side {
             Side::Line => moved(self.start, from_to(self.start, self.end), t),
@@ -104,7 +104,7 @@ impl PlacedSide<'_> {
         }
     }
 
-    /// In how many pieces an integral along the side is taken, so that it is exact to rounding.
+    /// The number of pieces into which an integral along the side is split, so that it is exact up to rounding.
     pub(crate) fn n_pieces(&self) -> usize {
         match self.side {
             Side::Line => 1,
@@ -113,7 +113,7 @@ impl PlacedSide<'_> {
         }
     }
 
-    /// What the side adds to the area of a loop, as half the integral of x dy − y dx.
+    /// The contribution of the side to the area of a loop: half the integral of x dy − y dx.
     pub(crate) fn area_share(&self) -> f64 {
         let wedge = |a: Planar, b: Planar| 0.5 * (a[0] * b[1] - a[1] * b[0]);
         match self.side {
@@ -133,7 +133,7 @@ impl PlacedSide<'_> {
     }
 }
 
-/// The direction of a walk around `center` at `at`.
+/// The direction of motion at `at` on a circle around `center`.
 fn along_circle(center: Planar, at: Planar, ccw: bool) -> Planar {
     let outward = planar_unit(from_to(center, at));
     let [x, y] = right_of(outward);

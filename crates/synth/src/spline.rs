@@ -1,9 +1,9 @@
-//! Evaluates clamped uniform B-splines of degree three over the unit interval, their derivatives and exact integrals.
+//! Evaluates clamped uniform B-splines of degree three over the unit interval, their derivatives and their integrals.
 
 /// The degree of every spline here.
 pub(crate) const DEGREE: usize = 3;
 
-/// The knots of a spline with this many control points, repeated ones spelt out.
+/// The knots of a spline with this number of control points. A multiple knot is repeated.
 pub(crate) fn knots(n_points: usize) -> Vec<f64> {
     let n_spans = n_points - DEGREE;
     (0..n_points + DEGREE + 1)
@@ -11,7 +11,7 @@ pub(crate) fn knots(n_points: usize) -> Vec<f64> {
         .collect()
 }
 
-/// Distinct knots with their multiplicities.
+/// The distinct knots with their multiplicities.
 pub(crate) fn multiplicities(n_points: usize) -> Vec<(f64, usize)> {
     let n_spans = n_points - DEGREE;
     let at_end = |i| {
@@ -26,7 +26,7 @@ pub(crate) fn multiplicities(n_points: usize) -> Vec<(f64, usize)> {
         .collect()
 }
 
-/// The abscissae that make the spline of these control values the identity.
+/// The Greville abscissae: with these control values, the spline is the identity.
 pub(crate) fn greville(n_points: usize) -> Vec<f64> {
     let knots = knots(n_points);
     (0..n_points)
@@ -95,7 +95,7 @@ pub(crate) fn slope<const N: usize>(controls: &[[f64; N]], t: f64) -> [f64; N] {
     blend(controls, &basis_slopes(controls.len(), t))
 }
 
-/// The parameter of the spline's point that is nearest to `target`, for points on the spline or close to it.
+/// The parameter of the spline's point that is nearest to `target`. The target must be on the spline or close to it.
 pub(crate) fn nearest<const N: usize>(controls: &[[f64; N]], target: [f64; N]) -> f64 {
     let distance = |t: f64| {
         point(controls, t)
@@ -143,7 +143,8 @@ const GAUSS: [(f64, f64); 8] = [
     (0.9801449282487682, 0.05061426814518813),
 ];
 
-/// The integral of `f` over the unit interval, taken in equal pieces; exact for polynomials of degree 15 in each.
+/// The integral of `f` over the unit interval, split into equal pieces. It is exact if `f` is a polynomial of degree 15 or
+/// less on each piece.
 pub(crate) fn integral(n_pieces: usize, f: impl Fn(f64) -> f64) -> f64 {
     let width = 1.0 / n_pieces as f64;
     let piece = |i: usize| {

@@ -1,6 +1,6 @@
-//! Writes STEP: shells go in, the text of an AP214 file comes out, with entity numbers from 1 without gaps.
+//! Writes shells as the text of an AP214 file. Entity numbers start at 1 and have no gaps.
 //!
-//! Numbers are the shortest that read back as the same value, so the text is the same on any machine.
+//! Numbers have the shortest digits that read back as the same value, so the text is the same on any machine.
 
 mod header;
 mod number;
@@ -20,7 +20,7 @@ struct Entities {
 }
 
 impl Entities {
-    /// Writes one entity and gives its number.
+    /// Writes one entity and returns its number.
     fn add(&mut self, entity: &str) -> u64 {
         self.n_entities += 1;
         let id = self.n_entities;
@@ -48,7 +48,7 @@ impl Entities {
     }
 }
 
-/// `(#1,#2)`, from numbers of entities.
+/// Formats a list of references to entities, for example `(#1,#2)`.
 fn references(ids: &[u64]) -> String {
     let names: Vec<String> = ids.iter().map(|id| format!("#{id}")).collect();
     format!("({})", names.join(","))

@@ -1,4 +1,4 @@
-//! Makes walls: a profile swept along a path gives one face for each side of the profile and step of the path.
+//! Makes walls. A profile that is swept along a path gives one face per side of the profile and step of the path.
 //!
 //! Extrusions, drafts, chamfers, fillets, holes, bosses, pockets and turned parts are all sweeps of this kind.
 
@@ -10,12 +10,12 @@ use crate::shell::{Direction, Face, Loop, Ring, Shell, Walk, walks};
 use crate::side::{PlacedSide, Side};
 use crate::spline;
 
-/// On which side of its path a wall has the material.
+/// The side of its path on which a wall has the material.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Run {
-    /// The path leaves a face upward, as the wall of a block or a boss does; or comes down inside a cup.
+    /// The path leaves a face upward, as for the wall of a block or a boss. It may come down again inside a cup.
     Up,
-    /// The path leaves a face downward, as the wall of a hole or a pocket does.
+    /// The path leaves a face downward, as for the wall of a hole or a pocket.
     Down,
 }
 
@@ -27,7 +27,7 @@ impl Run {
         }
     }
 
-    /// How a wall walks its first ring; the face there walks it the other way.
+    /// The direction in which a wall walks its first ring. A face that closes the last ring walks it in this direction, too.
     pub(crate) fn walks_first(self) -> Direction {
         match self {
             Self::Up => Direction::Forward,
@@ -35,7 +35,7 @@ impl Run {
         }
     }
 
-    /// How a wall walks its last ring, and how the face before the first ring walks that one.
+    /// The direction in which a wall walks its last ring. The face at the first ring walks that ring in this direction, too.
     pub(crate) fn walks_last(self) -> Direction {
         match self {
             Self::Up => Direction::Backward,
@@ -44,16 +44,16 @@ impl Run {
     }
 }
 
-/// What a sweep has made.
+/// The result of a sweep.
 #[derive(Clone, Debug)]
 pub(crate) struct Swept {
     pub(crate) first: Ring,
     pub(crate) last: Ring,
-    /// For each step the faces, one for each side; a level step has one face.
+    /// The faces of each step, one per side. A horizontal step has one face.
     pub(crate) walls: Vec<Vec<usize>>,
 }
 
-/// One profile at one place, and which way its walls run.
+/// A profile, its plane, and the direction of its walls.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Sweep<'a> {
     pub(crate) plane: &'a Frame,
@@ -62,7 +62,7 @@ pub(crate) struct Sweep<'a> {
 }
 
 impl Shell {
-    /// Adds the walls of a sweep; the faces at its two ends are the caller's.
+    /// Adds the walls of a sweep. The caller adds the faces at its two ends.
     pub(crate) fn sweep(&mut self, sweep: Sweep<'_>, path: &Path) -> Swept {
         let first = self.ring(&sweep, path.stations[0]);
         let mut last = first.clone();
@@ -82,7 +82,7 @@ impl Shell {
         Swept { first, last, walls }
     }
 
-    /// The profile's edges at an offset and a height.
+    /// Adds the profile's edges at an offset and a height.
     fn ring(&mut self, sweep: &Sweep<'_>, [out, z]: Planar) -> Ring {
         let profile = sweep.profile.offset(out);
         if let Some(point) = vanishing_point(&profile) {
@@ -115,7 +115,7 @@ impl Shell {
         }
     }
 
-    /// The plane between two rings at one height.
+    /// Adds the planar face between two rings at one height.
     fn shelf(
         &mut self,
         sweep: &Sweep<'_>,
@@ -139,7 +139,7 @@ impl Shell {
         })
     }
 
-    /// The faces between two rings, one for each side.
+    /// Adds the faces between two rings, one per side.
     fn walls(&mut self, sweep: &Sweep<'_>, step: &PlacedSide<'_>, rings: [&Ring; 2]) -> Vec<usize> {
         let n = sweep.profile.n_sides();
         let seamless = sweep.profile.seamless && n == 1;
@@ -168,7 +168,7 @@ impl Shell {
             .collect()
     }
 
-    /// The edge that a corner of the profile draws along a step.
+    /// Adds the edge that a corner of the profile follows along a step.
     fn rail(
         &mut self,
         sweep: &Sweep<'_>,
@@ -196,7 +196,7 @@ impl Shell {
     }
 }
 
-/// A circle, or an ellipse where the corner is mitered.
+/// A circle, or an ellipse if the corner is mitered.
 fn round_rail(frame: Frame, radius: f64, stretch: f64) -> Curve {
     if stretch < 1.0 + 1e-9 {
         Curve::Circle { frame, radius }
@@ -213,7 +213,7 @@ fn is_level(step: &PlacedSide<'_>) -> bool {
     *step.side == Side::Line && step.start[1] == step.end[1]
 }
 
-/// The center of a circle that an offset has shrunk to nothing.
+/// The center of a profile that an offset has shrunk to a point. Returns `None` for other profiles.
 fn vanishing_point(profile: &Profile) -> Option<Planar> {
     let gone = |i| matches!(profile.sides[i], Side::Arc { center, .. } if length(from_to(center, profile.points[i])) < 1e-9);
     (0..profile.n_sides()).all(gone).then(|| profile.points[0])
@@ -269,7 +269,7 @@ fn seamless_loops(run: Run, [first, last]: [&Ring; 2]) -> Vec<Loop> {
     loops
 }
 
-/// The surface of one wall, and whether its normal points out of the solid.
+/// Returns the surface of one wall, and whether its normal points out of the solid.
 fn wall_surface(
     sweep: &Sweep<'_>,
     side: &PlacedSide<'_>,
@@ -295,7 +295,7 @@ fn wall_surface(
     }
 }
 
-/// The wall over a straight side: a plane, or a cylinder over a round step.
+/// The wall of a straight side of the profile: a plane, or a cylinder if the step is round.
 fn straight_wall(
     sweep: &Sweep<'_>,
     side: &PlacedSide<'_>,
@@ -325,8 +325,8 @@ fn straight_wall(
     )
 }
 
-/// The wall over an arc of the profile: a cylinder, cone, torus, sphere or surface of revolution. Returns whether the face
-/// has the sense of its surface, too.
+/// The wall of an arc of the profile: a cylinder, cone, torus, sphere or surface of revolution. Also returns whether the
+/// surface's normal points out of the solid.
 fn round_wall(
     sweep: &Sweep<'_>,
     (center, start, ccw): (Planar, Planar, bool),
@@ -351,7 +351,7 @@ fn round_wall(
     }
 }
 
-/// An arc of a profile, above which a wall has an axis.
+/// An arc of a profile. The wall above it has an axis through the arc's center.
 struct ArcOfProfile<'a> {
     plane: &'a Frame,
     center: Planar,
@@ -366,7 +366,7 @@ impl ArcOfProfile<'_> {
         length(self.towards) + self.outward * offset
     }
 
-    /// The frame on the axis at a height, whose z axis goes up or down.
+    /// The frame on the axis at a height. Its z axis points up or down.
     fn frame_at(&self, height: f64, up: bool) -> Frame {
         let origin = self.plane.point(self.center, height);
         self.plane.axis_at(origin, self.towards, up)
@@ -379,7 +379,7 @@ impl ArcOfProfile<'_> {
         }
     }
 
-    /// The cone that starts here. Its z axis points to the side where it is wider.
+    /// The cone that starts at this offset and height. Its z axis points to the side where it is wider.
     fn cone(&self, [offset, height]: Planar, [widening, rise]: Planar) -> Surface {
         Surface::Cone {
             frame: self.frame_at(height, self.outward * widening * rise > 0.0),
@@ -388,7 +388,7 @@ impl ArcOfProfile<'_> {
         }
     }
 
-    /// The surface of a round step that starts at `start` and has this center: a sphere if the center is on the axis.
+    /// The surface of a round step that starts at `start` and has this center. It is a sphere if the center is on the axis.
     fn torus_or_sphere(&self, start: Planar, [offset, height]: Planar) -> Surface {
         let frame = self.frame_at(height, true);
         let minor = length(from_to([offset, height], start));
@@ -420,14 +420,14 @@ impl ArcOfProfile<'_> {
     }
 }
 
-/// Whether a round step bulges out of the material.
+/// Whether a round step is convex, seen from outside the solid.
 fn is_convex(run: Run, step: &PlacedSide<'_>, center: Planar) -> bool {
     let [offset, rise] = step.direction_at_start();
     let away = from_to(center, step.start);
     run.sign() * (rise * away[0] - offset * away[1]) > 0.0
 }
 
-/// The area of each wall of one step.
+/// The areas of the walls of one step.
 fn wall_areas(profile: &Profile, step: &PlacedSide<'_>) -> Vec<f64> {
     let strip = |i: usize, t: f64| {
         profile.offset(step.point(t)[0]).side(i).length() * length(step.slope(t))

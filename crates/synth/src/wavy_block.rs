@@ -1,5 +1,5 @@
-//! Builds a block whose top is one or more height-field patches side by side. Its walls are planar, with splines as upper
-//! edges.
+//! Builds a block whose top consists of one or more height-field patches in a row. Its walls are planar, and their upper
+//! edges are splines.
 
 use crate::frame::{Frame, Planar, unit};
 use crate::geometry::{Curve, Surface};
@@ -8,7 +8,7 @@ use crate::shell::{Direction, Face, Loop, Ring, Shell, Walk};
 use crate::spline;
 use partprobe_carrier::{Point, cross, subtract};
 
-/// Builds four planar walls, a bottom, and the patches side by side along x. Returns the bottom face.
+/// Adds four planar walls, a bottom, and the patches in a row along x. Returns the bottom face.
 pub(crate) fn add_wavy_block(shell: &mut Shell, patches: &[Patch]) -> usize {
     let (Some(first), Some(last)) = (patches.first(), patches.last()) else {
         return 0;
@@ -46,7 +46,7 @@ struct TopEdge {
     edge: usize,
 }
 
-/// The upper edges of the block: those along front and back, which run along x, and the two sides.
+/// The upper edges of the block: those at the front and back, which run along x, and those of the two sides.
 struct Tops {
     front: Vec<TopEdge>,
     back: Vec<TopEdge>,
@@ -65,7 +65,7 @@ impl Tops {
         ]
     }
 
-    /// The upper edges of the walls in front, on the right, at the back and on the left, as each wall walks them.
+    /// The upper edges of the front, right, back and left wall, in the direction in which each wall walks them.
     fn walks(&self) -> [Vec<Walk>; 4] {
         let front = self.front.iter().rev().map(|top| walk(top.edge, false));
         let back = self.back.iter().map(|top| walk(top.edge, true));
@@ -82,7 +82,7 @@ fn walk(edge: usize, forward: bool) -> Walk {
     Walk { edge, forward }
 }
 
-/// An edge across the block, where a patch begins or ends: its vertices in front and at the back.
+/// An edge across the block, where a patch starts or ends, with its vertices at the front and at the back.
 #[derive(Clone, Copy)]
 struct CrossEdge {
     front: usize,
@@ -114,7 +114,7 @@ fn add_cross_edge(shell: &mut Shell, controls: Vec<Point>) -> CrossEdge {
     CrossEdge { front, back, edge }
 }
 
-/// Adds the face of a patch that begins at the edge `before`. Returns the edge at which it ends.
+/// Adds the face of a patch that starts at the edge `before`. Returns the edge at which it ends.
 fn add_patch(shell: &mut Shell, tops: &mut Tops, patch: &Patch, before: CrossEdge) -> CrossEdge {
     let controls = patch.controls();
     let last_row = controls[controls.len() - 1].clone();
@@ -152,7 +152,7 @@ fn add_patch(shell: &mut Shell, tops: &mut Tops, patch: &Patch, before: CrossEdg
     CrossEdge { front, back, edge }
 }
 
-/// A wall over one side of the ground, with a spline for its upper edge.
+/// Adds a wall over one side of the ground. Its upper edge consists of splines.
 fn add_wall(
     shell: &mut Shell,
     frame: &Frame,
@@ -177,7 +177,7 @@ fn add_wall(
     });
 }
 
-/// The area of the wall in front (0), on the right (1), at the back (2) or on the left (3).
+/// The area of the front (0), right (1), back (2) or left (3) wall.
 fn area_of_wall(patches: &[Patch], wall: usize) -> f64 {
     let first = &patches[0];
     let last = &patches[patches.len() - 1];
@@ -195,7 +195,7 @@ fn area_of_wall(patches: &[Patch], wall: usize) -> f64 {
     }
 }
 
-/// The area below column `j` of the control heights of a patch.
+/// The area below the boundary curve that has column `j` of the patch's control heights.
 fn area_along_x(patch: &Patch, j: usize) -> f64 {
     let heights: Vec<f64> = patch.heights.iter().map(|row| row[j]).collect();
     size(patch)[0] * mean_height(&heights)

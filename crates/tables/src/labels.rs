@@ -193,22 +193,22 @@ pub fn labels_of_table(mut table: Table) -> Result<Vec<Option<ShapeLabels>>, Lab
         };
         let row_layers: Vec<_> = layers.iter_mut().filter_map(next_layer).collect();
         let labels = ShapeLabels {
-            instance: whole(row, "face_instance", instance.next().flatten())?,
-            part: whole(row, "face_part", part.next().flatten())?,
-            label: whole(row, "face_label", label.next().flatten())?,
+            instance: complete_list(row, "face_instance", instance.next().flatten())?,
+            part: complete_list(row, "face_part", part.next().flatten())?,
+            label: complete_list(row, "face_label", label.next().flatten())?,
             face_type: types_of(row, "face_type", face_type.next().flatten())?,
             canonical_type: types_of(row, "face_canonical_type", canonical.next().flatten())?,
             layers: row_layers
                 .into_iter()
-                .map(|(name, list)| Ok((name, whole(row, "face_label_…", Some(list))?)))
+                .map(|(name, list)| Ok((name, complete_list(row, "face_label_…", Some(list))?)))
                 .collect::<Result<_, LabelRowError>>()?,
             edge_faces: pairs(
-                whole(row, "edge_face_a", edge_a.next().flatten())?,
-                whole(row, "edge_face_b", edge_b.next().flatten())?,
+                complete_list(row, "edge_face_a", edge_a.next().flatten())?,
+                complete_list(row, "edge_face_b", edge_b.next().flatten())?,
             )
             .ok_or(LabelRowError::Lengths { row })?,
             phi_deg: phi.next().flatten().unwrap_or_default(),
-            step_id: whole(row, "face_step_id", step_id.clone())?,
+            step_id: complete_list(row, "face_step_id", step_id.clone())?,
         };
         if !labels.fits() {
             return Err(LabelRowError::Lengths { row });
@@ -235,7 +235,11 @@ impl ShapeLabels {
     }
 }
 
-fn whole<T>(row: usize, column: &'static str, list: ListCell<T>) -> Result<Vec<T>, LabelRowError> {
+fn complete_list<T>(
+    row: usize,
+    column: &'static str,
+    list: ListCell<T>,
+) -> Result<Vec<T>, LabelRowError> {
     let missing = LabelRowError::MissingElement { row, column };
     let list: Option<Vec<T>> = list.unwrap_or_default().into_iter().collect();
     list.ok_or(missing)
@@ -252,7 +256,10 @@ fn types_of(
             name: name.into_owned(),
         })
     };
-    whole(row, column, list)?.into_iter().map(parse).collect()
+    complete_list(row, column, list)?
+        .into_iter()
+        .map(parse)
+        .collect()
 }
 
 fn pairs(first: Vec<i32>, second: Vec<i32>) -> Option<Vec<[i32; 2]>> {

@@ -278,17 +278,17 @@ mod tests {
 
     #[test]
     fn a_column_of_another_type_is_named() {
-        let told = |error: TableError| error.to_string();
+        let message = |error: TableError| error.to_string();
         assert_eq!(
-            two_columns().take_cells::<Text>("id").map_err(told),
+            two_columns().take_cells::<Text>("id").map_err(message),
             Err("column `id` does not hold texts".to_owned())
         );
         assert_eq!(
-            two_columns().take_cells::<i32>("parts").map_err(told),
+            two_columns().take_cells::<i32>("parts").map_err(message),
             Err("column `parts` does not hold 32-bit integers".to_owned())
         );
         assert_eq!(
-            two_columns().take_lists::<u64>("id").map_err(told),
+            two_columns().take_lists::<u64>("id").map_err(message),
             Err("column `id` does not hold lists of unsigned 64-bit integers".to_owned())
         );
     }

@@ -89,7 +89,7 @@ impl NearestVertex {
         let min_cosine = limits.min_cosine();
         let agrees = |normal: Point| normals_agree(query, normal, min_cosine);
         let squared_distance = |slot: usize, _| {
-            let counts = min_cosine.is_none() || self.incident.any(slot, agrees);
+            let counts = min_cosine.is_none() || self.incident.has_normal(slot, agrees);
             counts.then(|| {
                 let apart = subtract(query.position, self.positions[slot]);
                 dot(apart, apart)
@@ -167,7 +167,7 @@ impl Incident {
         self.starts[slot] as usize..self.starts[slot + 1] as usize
     }
 
-    fn any(&self, slot: usize, agrees: impl Fn(Point) -> bool) -> bool {
+    fn has_normal(&self, slot: usize, agrees: impl Fn(Point) -> bool) -> bool {
         self.normals[self.range(slot)].iter().copied().any(agrees)
     }
 

@@ -46,8 +46,15 @@ fn points(mesh: &Mesh, n: usize, purpose: &str) -> Points {
 fn through(solid: &Labeled, channel: Channel, limits: &Limits) -> [f64; 2] {
     let surface = Surface::of_mesh(&solid.mesh).unwrap();
     let labeled = LabeledSurface::new(surface, &solid.labels).unwrap();
-    let asked = points(&solid.mesh, N_POINTS, "asked");
-    let found = ceiling(channel, &labeled, &asked.queries, &asked.triangles, limits).unwrap();
+    let sampled = points(&solid.mesh, N_POINTS, "asked");
+    let found = ceiling(
+        channel,
+        &labeled,
+        &sampled.queries,
+        &sampled.triangles,
+        limits,
+    )
+    .unwrap();
     assert_eq!(found.carried.n_unlabeled, 0);
 
     let scores = scores_of(&found.own, &found.carried.labels);
@@ -61,12 +68,12 @@ fn through_points(solid: &Labeled, n: usize) -> [f64; 2] {
     let cloud = points(&solid.mesh, n, "cloud");
     let positions: Vec<_> = cloud.queries.iter().map(|query| query.position).collect();
     let nearest = NearestPoint::new(&positions, &[]).unwrap();
-    let asked = points(&solid.mesh, N_POINTS, "asked");
-    let carried = for_all(&asked.queries, |query| {
+    let sampled = points(&solid.mesh, N_POINTS, "asked");
+    let carried = for_all(&sampled.queries, |query| {
         let found = nearest.nearest(query, &Limits::NONE).unwrap();
         label_of(&cloud.triangles[found.item as usize])
     });
-    let own: Vec<i32> = asked.triangles.iter().map(label_of).collect();
+    let own: Vec<i32> = sampled.triangles.iter().map(label_of).collect();
     scores_of(&own, &carried)
 }
 

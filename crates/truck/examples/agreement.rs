@@ -1,7 +1,7 @@
-//! Says of each STEP file whether both kernels read the same: one line of JSON a file.
+//! Compares the two kernels' readings of each STEP file. Prints one line of JSON per file.
 //!
 //! `cargo run --release -p partprobe-truck --features truck --example agreement -- FILE…`
-//! truck loops for ever on some files: give each file a process of its own and a timeout (`xargs -n 1 timeout 60`).
+//! truck never ends on some files, so start one process per file, with a timeout (`xargs -n 1 timeout 60`).
 
 use partprobe_brep::{ReadBudget, TessellationOptions};
 use partprobe_shape::FaceGraph;

@@ -1,23 +1,23 @@
-//! Compares the readings of one file by two kernels, by the `#` numbers of the faces.
+//! Compares two kernels' readings of one file. Faces are matched by their `#` numbers.
 
 use partprobe_shape::{FaceGraph, FaceType};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Areas agree within this fraction.
+/// Two areas agree if they differ by at most this fraction of the larger one.
 const AREA_TOLERANCE: f64 = 0.01;
 
 /// What two readings of one file have in common.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct KernelAgreement {
-    /// Whether the same `#` numbers are faces.
+    /// Whether both readings have faces with the same `#` numbers.
     pub faces: bool,
-    /// Whether the faces have the same types, too.
+    /// Whether the faces also have the same types.
     pub types: bool,
     /// Whether the same pairs of faces share the same number of edges.
     pub adjacency: bool,
-    /// Whether the same faces form parts.
+    /// Whether the same sets of faces form the parts.
     pub partition: bool,
-    /// The number of faces that both have.
+    /// The number of faces that both readings have.
     pub n_common_faces: usize,
     /// The number of these faces whose areas are within 1 % of each other.
     pub n_equal_areas: usize,
@@ -54,7 +54,7 @@ impl KernelAgreement {
     }
 }
 
-/// The areas of each face of `b` that `a` has too.
+/// The two areas of each face that both graphs have.
 fn common_areas(a: &FaceGraph, b: &FaceGraph) -> Vec<[f64; 2]> {
     let of_a: BTreeMap<u64, f64> = a
         .faces
@@ -99,7 +99,7 @@ fn pairs(graph: &FaceGraph) -> Vec<[u64; 2]> {
     pairs
 }
 
-/// The parts as sets of `#` numbers: independent of the order of faces.
+/// The parts as sets of `#` numbers, so that the order of the faces does not matter.
 fn parts(reading: Reading<'_>) -> BTreeSet<BTreeSet<u64>> {
     let mut parts: BTreeMap<u32, BTreeSet<u64>> = BTreeMap::new();
     for (face, &part) in reading.graph.faces.iter().zip(reading.parts) {
@@ -118,7 +118,7 @@ mod tests {
         Face::new(step_id, face_type, area)
     }
 
-    /// Three planes in a row, the first two smooth.
+    /// Three planes in a row. The edge between the first two is smooth.
     fn graph() -> FaceGraph {
         let edge = |faces: [u32; 2], phi: f64| Edge {
             faces,

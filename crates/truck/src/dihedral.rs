@@ -13,7 +13,7 @@ const TRIALS: usize = 100;
 
 /// The dihedral angle φ in degrees. Returns `None` if truck finds no normal.
 pub(crate) fn dihedral_deg(curve: &Curve3D, faces: [&CompressedFace<Surface>; 2]) -> Option<f64> {
-    // Searches on degenerate surfaces panic.
+    // truck's search panics on degenerate surfaces.
     catch_unwind(AssertUnwindSafe(|| {
         let (start, end) = curve.range_tuple();
         let middle = curve.subs(0.5 * (start + end));

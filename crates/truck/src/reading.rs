@@ -1,7 +1,7 @@
-//! Reads a text through truck: shells with their meshes, edges and angles, in millimeters.
+//! Reads a text with truck: shells with their meshes, edges and dihedral angles. Lengths are in millimeters.
 
 use crate::dihedral::dihedral_deg;
-use crate::lost_entity::{DroppedEntity, DroppedKind};
+use crate::dropped_entity::{DroppedEntity, DroppedKind};
 use crate::rewriting::rewritten;
 use crate::source::{SourceFace, SourceShell, source_shells};
 use crate::tessellation::{diagonal, edge_length, meshes_of};
@@ -50,7 +50,7 @@ pub(crate) fn shape_of(text: &str, settings: &TruckSettings) -> Result<TruckShap
     })
 }
 
-/// Collects shells.
+/// Collects the faces, edges and triangles of all shells.
 struct Builder {
     settings: TruckSettings,
     graph: FaceGraph,
@@ -107,7 +107,8 @@ impl Builder {
         area
     }
 
-    /// Adds the pairs of faces that use the same edge. A seam joins nothing; a non-manifold edge joins every pair.
+    /// Adds the pairs of faces that use the same edge. A seam belongs to one face only, so it adds no pair. A
+    /// non-manifold edge adds every pair of its faces.
     fn add_edges(&mut self, first: u32, source: &SourceShell) {
         let mut users: BTreeMap<u64, BTreeSet<u32>> = BTreeMap::new();
         for (face, source_face) in (0u32..).zip(&source.faces) {

@@ -1,11 +1,12 @@
 //! Rewrites STEP text so that truck can read it. The shape stays the same.
 
-/// Rewrites what truck is known to misread. The rest of the text stays as it is.
+/// Rewrites constructs that truck misreads. The rest of the text stays as it is.
 ///
 /// - Comments are removed.
 /// - `$` as the first parameter of an instance becomes an empty name; otherwise truck drops the instance.
-/// - Surface curves name their space curve as the master; by parameter curves, truck misplaces planar edges.
-/// - Characters in names that are not ASCII become `?`.
+/// - Surface curves name their space curve as the master, since truck misplaces planar edges that are given by parameter
+///   curves.
+/// - Characters that are not ASCII become `?`.
 /// - Half angles of cones become radians.
 #[must_use]
 pub fn rewritten(text: &str, rad_per_unit: f64) -> String {
@@ -17,7 +18,7 @@ pub fn rewritten(text: &str, rad_per_unit: f64) -> String {
     out
 }
 
-/// Splits at semicolons outside of names; comments are left out.
+/// Splits a text into statements, at the semicolons outside of quoted strings. Comments are left out.
 struct Statements<'a> {
     rest: &'a str,
 }
@@ -31,7 +32,7 @@ impl Iterator for Statements<'_> {
         let mut in_name = false;
         while let Some((at, c)) = chars.next() {
             if !in_name && self.rest[at..].starts_with("/*") {
-                // A comment without an end extends to the end of the text.
+                // A comment that is not closed extends to the end of the text.
                 let end = self.rest[at..]
                     .find("*/")
                     .map_or(self.rest.len(), |end| at + end + 2);
@@ -74,12 +75,13 @@ fn rewritten_statement(statement: &str, rad_per_unit: f64) -> String {
     }
 }
 
-/// Multiplies the last parameter by the factor.
+/// Multiplies the last parameter, the half angle, by `rad_per_unit`.
 fn with_radians(cone: &str, rad_per_unit: f64) -> String {
     let end = cone.rfind(')').unwrap_or(cone.len());
     let start = cone[..end].rfind(',').map_or(end, |comma| comma + 1);
     match cone[start..end].trim().parse::<f64>() {
-        // `{:?}` writes the shortest digits that come back, and a point, which STEP requires.
+        // `{:?}` writes the shortest digits that read back as the same number. It also writes a decimal point, which STEP
+        // requires.
         Ok(angle) => format!(
             "{}{:?}{}",
             &cone[..start],

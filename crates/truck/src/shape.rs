@@ -5,7 +5,7 @@ use crate::truck_shape::{TruckError, TruckSettings, TruckShape};
 /// Reads and meshes the text of one file.
 ///
 /// # Errors
-/// If the kernel is not built in, or truck finds no face in the text.
+/// If the kernel is not built in, if truck panics or cannot parse the text, or if it finds no face.
 pub fn shape(text: &str, settings: &TruckSettings) -> Result<TruckShape, TruckError> {
     #[cfg(feature = "truck")]
     return crate::reading::shape_of(text, settings);

@@ -1,10 +1,10 @@
-//! Walks through truck's table in the order of `#` numbers: finds the faces and edges of each shell, and those that truck
+//! Walks through truck's table in the order of `#` numbers. Finds the faces and edges of each shell, and those that truck
 //! drops.
 //!
-//! truck's own conversion forgets `#` numbers and does not report what it cannot convert. Here the same walk is done next
-//! to it, so that its faces get their numbers and the dropped entities are named.
+//! truck's own conversion forgets `#` numbers and does not report what it cannot convert. This module
+//! repeats truck's walk, so that the faces get their `#` numbers and the dropped entities are named.
 
-use crate::lost_entity::{DroppedEntity, DroppedKind};
+use crate::dropped_entity::{DroppedEntity, DroppedKind};
 use partprobe_shape::FaceType;
 use std::collections::{BTreeMap, BTreeSet};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -18,7 +18,7 @@ use truck_topology::compress::CompressedShell;
 /// A shell as truck converts it.
 pub(crate) type TruckShell = CompressedShell<Point3, Curve3D, Surface>;
 
-/// What truck's own structure forgets about a face of a shell.
+/// Data of a face that truck's own structure does not keep.
 pub(crate) struct SourceFace {
     pub(crate) step_id: u64,
     pub(crate) face_type: FaceType,
@@ -38,7 +38,7 @@ pub(crate) struct SourceShell {
     pub(crate) is_flipped: bool,
 }
 
-/// Why truck does not give a shell or a face.
+/// The reason why truck drops a shell or a face.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 enum ConversionError {
     #[error("truck panicked while it converted it")]
@@ -59,7 +59,7 @@ impl ConversionError {
     }
 }
 
-/// The shells in the order of their `#` numbers. Their order in truck's hash map is random.
+/// Returns the shells in the order of their `#` numbers, since their order in truck's hash map is random.
 pub(crate) fn source_shells(table: &Table, lost: &mut Vec<DroppedEntity>) -> Vec<SourceShell> {
     let holders: BTreeMap<u64, &ShellHolder> =
         table.shell.iter().map(|(id, shell)| (*id, shell)).collect();
@@ -132,7 +132,7 @@ impl<'a> Walk<'a> {
             return self.lose(DroppedKind::Face, step_id, "truck does not know the entity");
         };
         let edges = self.edges_of(&face, step_id);
-        // truck numbers edges by their first use, also by faces that it then drops.
+        // truck numbers the edges in the order of their first use. Faces that it drops later count, too.
         for &edge in &edges {
             let next = self.edge_index.len();
             self.edge_index.entry(edge).or_insert(next);
@@ -179,7 +179,8 @@ impl<'a> Walk<'a> {
         });
     }
 
-    /// truck's conversion, if it has the faces and edges of the walk. An edge that it lost would shift all others.
+    /// Returns truck's conversion if it has the same numbers of faces and edges as the walk. A missing edge would shift
+    /// the indices of all later edges.
     fn checked_shell(
         self,
         holder: &ShellHolder,
@@ -241,7 +242,8 @@ fn loop_edges(table: &Table, bound: u64) -> Option<Vec<Option<u64>>> {
     )
 }
 
-/// Whether truck can make the surface of the face, by the same two steps after which it drops a face without a message.
+/// Checks whether truck can make the surface of the face. truck does the same two steps and drops the face without a
+/// message if one of them fails.
 fn check_surface(table: &Table, face: &FaceSurfaceHolder) -> Result<(), ConversionError> {
     let geometry = face.face_geometry.clone();
     let owned = geometry

@@ -1,4 +1,4 @@
-//! Meshes the faces of a shell by truck, and measures edges.
+//! Meshes the faces of a shell with truck, and measures edges.
 
 use crate::source::TruckShell;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -8,14 +8,14 @@ use truck_meshalgo::prelude::{
 use truck_stepio::r#in::alias::{Curve3D, Surface};
 use truck_topology::compress::{CompressedFace, CompressedShell};
 
-/// The number of chords by which the length and the box of an edge are measured.
+/// The number of chords that approximate an edge when its length and its bounding box are measured.
 const N_CHORDS: u32 = 64;
 /// truck panics at smaller tolerances.
 const LEAST_CHORD: f64 = 2e-6;
 
 /// The mesh of each face, or the reason why it has none.
 ///
-/// All faces are meshed at once, so that they meet along their edges. If that panics, each face is meshed alone.
+/// All faces are meshed together, so that their triangles fit along shared edges. If that panics, each face is meshed alone.
 pub(crate) fn meshes_of(shell: &TruckShell, chord: f64) -> Vec<Result<PolygonMesh, &'static str>> {
     let chord = chord.max(LEAST_CHORD);
     if let Some(meshes) = meshed(shell, chord) {
@@ -24,7 +24,7 @@ pub(crate) fn meshes_of(shell: &TruckShell, chord: f64) -> Vec<Result<PolygonMes
     shell
         .faces
         .iter()
-        .map(|face| mesh_alone(shell, face, chord))
+        .map(|face| mesh_separately(shell, face, chord))
         .collect()
 }
 
@@ -34,7 +34,7 @@ fn meshed(shell: &TruckShell, chord: f64) -> Option<Vec<Result<PolygonMesh, &'st
     Some(faces.into_iter().map(checked).collect())
 }
 
-fn mesh_alone(
+fn mesh_separately(
     shell: &TruckShell,
     face: &CompressedFace<Surface>,
     chord: f64,
@@ -64,7 +64,7 @@ fn checked(face: CompressedFace<Option<PolygonMesh>>) -> Result<PolygonMesh, &'s
     }
 }
 
-/// The length of an edge by chords, in the file's unit.
+/// The length of an edge in the file's unit, measured along chords.
 pub(crate) fn edge_length(curve: &Curve3D) -> f64 {
     points_along(curve)
         .windows(2)
@@ -72,7 +72,7 @@ pub(crate) fn edge_length(curve: &Curve3D) -> f64 {
         .sum()
 }
 
-/// The diagonal of the box around all edges, in the file's unit.
+/// The diagonal of the bounding box of all edges, in the file's unit.
 pub(crate) fn diagonal<'a>(shells: impl Iterator<Item = &'a TruckShell>) -> f64 {
     let points: Vec<[f64; 3]> = shells
         .flat_map(|shell| {

@@ -1,4 +1,5 @@
-//! Tests both kernels on generated parts: faces, types, adjacency and parts must be the same, areas within 1 %.
+//! Compares both kernels on generated parts: faces, types, adjacency and parts must be the same, and most areas must agree
+//! within 1 %.
 #![cfg(feature = "truck")]
 #![allow(
     clippy::unwrap_used,
@@ -13,11 +14,11 @@ use partprobe_truck::{KernelAgreement, Reading, TruckError, TruckSettings, Truck
 
 const N_PARTS: u64 = 60;
 
-/// Both readings; truck gets the units that it cannot read.
+/// Reads a text with both kernels. truck gets the units from the own kernel, since it cannot read them.
 fn both(text: &str) -> (partprobe_brep::Tessellation, TruckShape) {
     let brep = read(text.as_bytes(), &ReadBudget::default()).unwrap();
     let (mm_per_unit, rad_per_unit) = (brep.units.mm_per_unit, brep.units.rad_per_unit);
-    // truck has no tolerance of angles, so its chords must be shorter for the same areas.
+    // truck has no angular tolerance, so it needs a smaller chord tolerance for the same areas.
     let settings = TruckSettings {
         mm_per_unit,
         rad_per_unit,
@@ -29,7 +30,7 @@ fn both(text: &str) -> (partprobe_brep::Tessellation, TruckShape) {
     )
 }
 
-/// Compares two readings with the parts at 8°.
+/// Compares two readings. Their faces are grouped into parts at 8°.
 fn agreement(ours: &FaceGraph, theirs: &FaceGraph) -> KernelAgreement {
     let [our_parts, their_parts] =
         [ours, theirs].map(|graph| partition_by_type_and_angle(graph, 8.0));
@@ -76,7 +77,7 @@ fn generated_parts_are_the_same_by_both_kernels() {
             n_equal_areas + found.n_equal_areas,
         );
     }
-    // Cones that reach their apex are beyond truck, and so are a few fillets at this tolerance.
+    // truck cannot mesh cones that reach their apex, nor a few fillets at this tolerance.
     assert!(
         100 * n_equal_areas >= 93 * n_faces,
         "{n_equal_areas} of {n_faces} areas agree"

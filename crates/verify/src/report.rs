@@ -167,7 +167,7 @@ mod tests {
     use serde_json::json;
 
     #[test]
-    fn a_finding_has_its_place_and_both_numbers() {
+    fn a_finding_has_its_position_and_both_numbers() {
         let area = Finding {
             step_id: 12,
             what: Quantity::Area,

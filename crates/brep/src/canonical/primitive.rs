@@ -59,12 +59,12 @@ impl Primitive {
             } => {
                 let arm = subtract(p, apex);
                 let (sin, cos) = libm::sincos(half_angle);
-                let (along, beside) = (dot(arm, axis), norm(cross(arm, axis)));
+                let (along, across) = (dot(arm, axis), norm(cross(arm, axis)));
                 // Behind the apex, the apex itself is the nearest point.
-                if along * cos + beside * sin < 0.0 {
+                if along * cos + across * sin < 0.0 {
                     norm(arm)
                 } else {
-                    (beside * cos - along * sin).abs()
+                    (across * cos - along * sin).abs()
                 }
             }
             Self::Sphere { center, radius } => (norm(subtract(p, center)) - radius).abs(),
@@ -75,8 +75,8 @@ impl Primitive {
                 minor,
             } => {
                 let arm = subtract(p, center);
-                let (along, beside) = (dot(arm, axis), norm(cross(arm, axis)));
-                (libm::hypot(beside - major, along) - minor).abs()
+                let (along, across) = (dot(arm, axis), norm(cross(arm, axis)));
+                (libm::hypot(across - major, along) - minor).abs()
             }
         }
     }

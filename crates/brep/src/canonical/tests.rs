@@ -101,7 +101,7 @@ fn primitives_written_as_splines_are_recognized() {
 }
 
 #[test]
-fn what_is_nearly_a_primitive_is_none() {
+fn a_surface_that_is_nearly_a_primitive_is_not_one() {
     check(&sheet(1e-6), Some(FaceType::Plane));
     check(&sheet(1e-3), None);
     check(&sheet(1.0), None);

@@ -3,7 +3,7 @@
 use super::types::Surface;
 
 /// Breaks that are closer together than this fraction of the rectangle count as one.
-const APART: f64 = 1e-9;
+const MIN_BREAK_GAP: f64 = 1e-9;
 
 impl Surface {
     /// The parameters of u and of v, strictly inside the rectangle and ascending, at which the surface's formula changes. Between
@@ -42,7 +42,7 @@ impl Surface {
 
 /// The breaks of one period, repeated in every period that the interval touches.
 fn repeated(of_one_turn: &[f64], period: Option<f64>, [low, high]: [f64; 2]) -> Vec<f64> {
-    let margin = APART * (high - low);
+    let margin = MIN_BREAK_GAP * (high - low);
     let turns = match (period, of_one_turn.first(), of_one_turn.last()) {
         (Some(period), Some(first), Some(last)) => {
             let turn = |x: f64| (x / period).floor().clamp(-8.0, 8.0) as i32;

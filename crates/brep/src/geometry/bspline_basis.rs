@@ -213,7 +213,7 @@ pub(crate) fn distinct_knots(knots: &[f64], degree: usize, n_poles: usize) -> Ve
 }
 
 /// Whether two points of a spline coincide, relative to the spline's size.
-pub(crate) fn meets(gap: f64, size: f64) -> bool {
+pub(crate) fn coincide(gap: f64, size: f64) -> bool {
     gap <= 1e-7 * size
 }
 

@@ -3,7 +3,7 @@
 //! Rational curves are evaluated in homogeneous coordinates, as in *The NURBS Book*, section 4.2 and algorithm A4.1.
 
 use super::bspline_basis::{
-    BsplineError, MAX_DEGREE, basis, check_knots, check_poles, distinct_knots, into_range, meets,
+    BsplineError, MAX_DEGREE, basis, check_knots, check_poles, coincide, distinct_knots, into_range,
 };
 use super::linear::{along, scaled};
 use super::types::BsplineCurve;
@@ -26,7 +26,7 @@ impl BsplineCurve {
         let (low, high) = curve.range();
         let positions: Vec<Point> = curve.poles.iter().map(|&pole| position(pole)).collect();
         let gap = distance(curve.derivative(low).0, curve.derivative(high).0);
-        curve.closed = meets(gap, bounding_diagonal(&positions));
+        curve.closed = coincide(gap, bounding_diagonal(&positions));
         Ok(curve)
     }
 

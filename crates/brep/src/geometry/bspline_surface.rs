@@ -3,7 +3,7 @@
 //! Rational surfaces are evaluated in homogeneous coordinates, as in *The NURBS Book*, section 4.4 and algorithm A4.3.
 
 use super::bspline_basis::{
-    BsplineError, MAX_DEGREE, basis, check_knots, check_poles, distinct_knots, into_range, meets,
+    BsplineError, MAX_DEGREE, basis, check_knots, check_poles, coincide, distinct_knots, into_range,
 };
 use super::bspline_curve::{position, projected_slope};
 use super::types::BsplineSurface;
@@ -79,7 +79,7 @@ impl BsplineSurface {
     fn sides_meet(&self, sides: impl Fn(f64) -> ([f64; 2], [f64; 2]), size: f64) -> bool {
         (0..SIDE_SAMPLES).all(|i| {
             let (a, b) = sides(i as f64 / (SIDE_SAMPLES - 1) as f64);
-            meets(
+            coincide(
                 distance(
                     self.derivatives(a[0], a[1]).0,
                     self.derivatives(b[0], b[1]).0,

@@ -20,7 +20,7 @@ pub struct Projection {
 }
 
 /// The result of a search from a seed is accepted if its distance is below this fraction of the surface's size.
-pub(super) const BELIEVED: f64 = 1e-6;
+pub(super) const ON_SURFACE: f64 = 1e-6;
 
 /// The search ends after a step that is smaller than this fraction of the parameters' extent.
 const LAST_STEP: f64 = 1e-9;

@@ -4,7 +4,7 @@
 //! B-splines and offsets use the damped Gauss–Newton method on both parameters (compare *The NURBS Book*, section 6.1), from a seed
 //! or from a grid.
 
-use super::gauss_newton::{BELIEVED, Projection, foot, nearer, newton, newton_from};
+use super::gauss_newton::{ON_SURFACE, Projection, foot, nearer, newton, newton_from};
 use super::project_elementary::{on_cone, on_torus};
 use super::project_sweep::{on_extrusion, on_revolution};
 use super::projection_grid::Grid;
@@ -14,9 +14,9 @@ use std::cell::{Cell, OnceCell};
 
 /// The result of a search from a seed is also accepted if its distance is hardly larger than that of earlier full searches, up to
 /// this fraction of the surface's size. Such results occur because in some files the edges lie off their surfaces.
-const STILL_BELIEVED: f64 = 1e-3;
+const MAX_GAP: f64 = 1e-3;
 /// The same fraction after a search from the cells of the grid.
-const CONFIRMED_BELIEVED: f64 = 1e-2;
+const MAX_CONFIRMED_GAP: f64 = 1e-2;
 
 /// If a distance exceeds this fraction of the surface's size, an imprecise edge does not explain it: the search has stopped too
 /// early.
@@ -79,7 +79,7 @@ impl<'a> Projector<'a> {
     }
 
     /// The same for a point near one that has already been projected. Its known values save one evaluation.
-    pub(crate) fn project_beside(&self, p: Point, neighbor: Option<Projection>) -> Projection {
+    pub(crate) fn project_near(&self, p: Point, neighbor: Option<Projection>) -> Projection {
         match (self.surface, neighbor) {
             (Surface::Bspline(spline), Some(neighbor)) => {
                 let start = Projection {
@@ -133,7 +133,7 @@ impl<'a> Projector<'a> {
         // difference.
         let start = seed.unwrap_or_else(|| basis.project(p, None).uv);
         let found = newton(self.surface, p, start);
-        if seed.is_none() || self.is_believed(found) {
+        if seed.is_none() || self.is_plausible(found) {
             return found;
         }
         nearer(found, newton(self.surface, p, basis.project(p, None).uv))
@@ -146,7 +146,7 @@ impl<'a> Projector<'a> {
         seed: Option<[f64; 2]>,
     ) -> Projection {
         let near_seed = seed.map(|seed| newton(self.surface, p, seed));
-        if let Some(found) = near_seed.filter(|&found| self.is_believed(found)) {
+        if let Some(found) = near_seed.filter(|&found| self.is_plausible(found)) {
             return found;
         }
         let everywhere = composite
@@ -165,7 +165,7 @@ impl<'a> Projector<'a> {
         start: Option<Projection>,
     ) -> Projection {
         let near_start = start.map(|start| newton_from(self.surface, p, start));
-        if let Some(found) = near_start.filter(|&found| self.is_believed(found)) {
+        if let Some(found) = near_start.filter(|&found| self.is_plausible(found)) {
             return found;
         }
         let grid = self.grid.get_or_init(|| Grid::of(spline));
@@ -174,7 +174,7 @@ impl<'a> Projector<'a> {
             let found = newton(self.surface, p, start);
             let nearest = best.map_or(found, |best| nearer(best, found));
             best = Some(nearest);
-            if self.is_believed(nearest) {
+            if self.is_plausible(nearest) {
                 break;
             }
         }
@@ -182,7 +182,7 @@ impl<'a> Projector<'a> {
         let best = if self.is_on_surface(best) {
             best
         } else {
-            self.nudged(p, best)
+            self.search_around(p, best)
         };
         let is_near = best.distance <= self.confirmed.get().max(SLOPPY * self.size_at(best));
         let best = if is_near {
@@ -196,7 +196,7 @@ impl<'a> Projector<'a> {
 
     /// Repeats the search from points near one where a tangent nearly vanishes, for example because poles coincide. The search
     /// stops at such a point.
-    fn nudged(&self, p: Point, stuck: Projection) -> Projection {
+    fn search_around(&self, p: Point, stuck: Projection) -> Projection {
         let extent = self.surface.extent();
         let reach = [0, 1].map(|axis| norm(stuck.tangents[axis]) * extent[axis]);
         let axis = usize::from(reach[1] < reach[0]);
@@ -234,15 +234,15 @@ impl<'a> Projector<'a> {
 
     /// Whether a point is near enough to be the right one. Full searches have shown how far edges lie off this surface. The
     /// distance `confirmed` comes from the more thorough searches, so it may be larger.
-    fn is_believed(&self, found: Projection) -> bool {
+    fn is_plausible(&self, found: Projection) -> bool {
         let size = self.size_at(found);
-        let by_gap = (2.0 * self.gap.get()).min(STILL_BELIEVED * size);
-        let by_cells = self.confirmed.get().min(CONFIRMED_BELIEVED * size);
+        let by_gap = (2.0 * self.gap.get()).min(MAX_GAP * size);
+        let by_cells = self.confirmed.get().min(MAX_CONFIRMED_GAP * size);
         self.is_on_surface(found) || found.distance <= by_gap.max(by_cells)
     }
 
     fn is_on_surface(&self, found: Projection) -> bool {
-        found.distance <= BELIEVED * self.size_at(found)
+        found.distance <= ON_SURFACE * self.size_at(found)
     }
 
     /// The size of the surface, estimated from the tangents at a point. Where the parameters are fast, this is more than the true

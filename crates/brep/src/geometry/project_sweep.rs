@@ -1,6 +1,6 @@
 //! Projects points onto extrusions and surfaces of revolution, by a search along their curve.
 
-use super::gauss_newton::BELIEVED;
+use super::gauss_newton::ON_SURFACE;
 use super::linear::along;
 use super::nearest::{follow_seed, nearest_parameter, squared};
 use super::types::{Curve, Frame};
@@ -117,7 +117,7 @@ impl<'a> RevolvedPoint<'a> {
         let [here, beyond] =
             [self.out, -self.out].map(|out| self.foot_in_plane(&samples, toward, out));
         if self.is_covered_twice(here.gap, beyond.gap) {
-            if self.begins_beyond(toward) {
+            if self.starts_on_far_side(toward) {
                 beyond.v
             } else {
                 here.v
@@ -154,12 +154,12 @@ impl<'a> RevolvedPoint<'a> {
     /// decide, because rounding may make it nearer to either half.
     fn is_covered_twice(&self, gap: Point, gap_beyond: Point) -> bool {
         let size = squared(subtract(self.p, self.axis.origin)).max(self.out * self.out);
-        let apart = [gap[0] + gap_beyond[0], gap[1] - gap_beyond[1], 0.0];
-        squared(apart) <= COVERED_TWICE * size
+        let gap_vector = [gap[0] + gap_beyond[0], gap[1] - gap_beyond[1], 0.0];
+        squared(gap_vector) <= COVERED_TWICE * size
     }
 
     /// Whether the curve begins on the side of the axis that is away from the point.
-    fn begins_beyond(&self, toward: Point) -> bool {
+    fn starts_on_far_side(&self, toward: Point) -> bool {
         let start = self.curve.range().map_or(0.0, |(low, _)| low);
         dot(subtract(self.curve.point(start), self.axis.origin), toward) < 0.0
     }
@@ -202,7 +202,7 @@ pub(super) fn near_seed(
         || curve
             .range()
             .is_none_or(|(low, high)| t >= low && t <= high);
-    (inside && squared_distance.sqrt() <= BELIEVED * size).then_some(t)
+    (inside && squared_distance.sqrt() <= ON_SURFACE * size).then_some(t)
 }
 
 /// The direction in which a meridian leaves the axis. Returns `None` if they do not lie in one plane.

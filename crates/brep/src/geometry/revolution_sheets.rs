@@ -15,7 +15,7 @@ const COMPARED: usize = 7;
 const SAME: f64 = 1e-7;
 /// The half in which a curve begins is determined this far after its beginning, in periods, because the curve may begin on the
 /// axis.
-const BEHIND_BEGINNING: f64 = 0.05;
+const AFTER_START: f64 = 0.05;
 
 /// Number of times that the interval in which a curve crosses the axis is halved. This is more than a float has binary digits.
 const HALVINGS: usize = 60;
@@ -63,7 +63,7 @@ pub(crate) fn half_of_covered_twice(
     }
 
     let begin = curve.range().map_or(0.0, |(low, _)| low);
-    let inside = inside.unwrap_or(begin + BEHIND_BEGINNING * period);
+    let inside = inside.unwrap_or(begin + AFTER_START * period);
     let holds_inside = |sheet: &Surface| {
         let Surface::Revolution { curve, .. } = sheet else {
             return false;

@@ -99,7 +99,7 @@ mod tests {
     }
 
     #[test]
-    fn a_circle_beside_the_axis_is_no_sphere() {
+    fn a_revolved_circle_off_the_axis_is_not_a_sphere() {
         check(
             &circle([0.1, 0.0, 0.0], [0.0, -1.0, 0.0], [1.0, 0.0, 0.0]),
             None,

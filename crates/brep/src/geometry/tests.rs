@@ -398,7 +398,7 @@ fn edges_end_where_their_senses_say() {
 }
 
 #[test]
-fn axes_that_say_nothing_are_chosen() {
+fn unspecified_axes_are_chosen() {
     for (z, x) in [
         (None, None),
         (Some([0.0; 3]), None),

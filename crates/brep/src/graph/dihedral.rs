@@ -38,7 +38,11 @@ impl<'b> Dihedral<'b> {
         let edge = &self.brep.edges[edge as usize];
         if let [Some(a), Some(b)] = faces.map(|face| self.facets(face)) {
             let phi = self.facets_phi(&edge.curve, faces);
-            return if is_told([a, b], phi) { phi } else { f64::NAN };
+            return if is_reliable([a, b], phi) {
+                phi
+            } else {
+                f64::NAN
+            };
         }
         let (start, end) = trim(edge, &self.brep.vertices);
         let point_at = |fraction: f64| edge.curve.point(start + fraction * (end - start));
@@ -86,13 +90,13 @@ impl<'b> Dihedral<'b> {
         self.outward(face, normal)
     }
 
-    /// The outward normal at `point`, or its limit. The limit is taken along the edge from `beside`, or else through the face
+    /// The outward normal at `point`, or its limit. The limit is taken along the edge from `edge_point`, or else through the face
     /// from the middle of another edge. (If a whole edge is singular, no path along it helps.)
-    fn limit_normal(&self, face: u32, point: Point, beside: Point) -> Option<Point> {
+    fn limit_normal(&self, face: u32, point: Point, edge_point: Point) -> Option<Point> {
         let projector = &self.projectors[face as usize];
         let surface = &self.brep.faces[face as usize].surface;
         let at = projector.project(point, None).uv;
-        let starts = std::iter::once(beside).chain(self.edge_middles(face).take(MOST_STARTS));
+        let starts = std::iter::once(edge_point).chain(self.edge_middles(face).take(MOST_STARTS));
         let mut limits =
             starts.filter_map(|start| surface.limit_normal(at, projector.project(start, None).uv));
         self.outward(face, limits.next()?)
@@ -126,7 +130,7 @@ impl<'b> Dihedral<'b> {
 
 /// Whether the angle between two faces of triangles is reliable. It is if it is larger than every angle inside the faces, or if
 /// both faces are flat. A smaller angle may come from the tessellation and not from the part.
-fn is_told(faces: [&Facets; 2], phi: f64) -> bool {
+fn is_reliable(faces: [&Facets; 2], phi: f64) -> bool {
     let [a, b] = faces.map(Facets::largest_bend_deg);
     a.max(b) <= FLAT_DEG || phi > a.max(b)
 }

@@ -93,7 +93,7 @@ fn the_angle_of_two_strips_is_their_lift() {
 }
 
 #[test]
-fn a_face_that_is_turned_over_folds_the_join_and_is_flagged() {
+fn a_reversed_face_folds_the_join_and_is_flagged() {
     check(&two_strips(0.0, ".F."), &[([0, 1], 180.0, 1.0)]);
     let (_, flags) = graph_of(&two_strips(0.0, ".F."));
     assert_eq!(

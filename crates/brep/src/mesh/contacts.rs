@@ -149,8 +149,8 @@ impl Boundary<'_> {
         let reach = |pick: fn(f64, f64) -> f64| {
             [0, 1].map(|axis| {
                 let half = 0.5 * (ends[1][axis] - ends[0][axis]);
-                let beside = pick(tip[axis] - half, tip[axis] + half);
-                pick(pick(ends[0][axis], ends[1][axis]), beside)
+                let at_tip = pick(tip[axis] - half, tip[axis] + half);
+                pick(pick(ends[0][axis], ends[1][axis]), at_tip)
             })
         };
         Some(Piece {
@@ -210,7 +210,7 @@ impl Boundary<'_> {
     fn feet_in_sliver(&self, piece: &Piece, other: &Piece, extent: f64) -> Vec<Division> {
         let nodes = other.nodes.into_iter().zip(other.ends);
         nodes
-            .filter(|(_, x)| piece.holds(*x, ON_SIDE * extent))
+            .filter(|(_, x)| piece.contains_point(*x, ON_SIDE * extent))
             .filter_map(|(node, _)| self.foot(piece, node))
             .collect()
     }
@@ -324,7 +324,7 @@ pub(crate) fn foot_on(edge: &BrepEdge, segment: Segment, vertex: Point) -> Divis
 
 impl Piece {
     /// Whether a point lies between the chord and the curve. The ends do not count. The curve is approximated by a parabola.
-    fn holds(&self, x: [f64; 2], on_side: f64) -> bool {
+    fn contains_point(&self, x: [f64; 2], on_side: f64) -> bool {
         let [a, b] = self.ends;
         if x == a || x == b {
             return false;

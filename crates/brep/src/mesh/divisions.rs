@@ -98,7 +98,7 @@ impl Divisions {
         }
         // A point of the edge may already be near the vertex. Then that point moves onto the vertex, because its sides still
         // cross those of the other boundary.
-        if let Some(i) = self.met_inside(points, parameter, SAME * span, vertex) {
+        if let Some(i) = self.inner_point_at(points, parameter, SAME * span, vertex) {
             let new = DivisionPoint {
                 parameter: points.parameters[i],
                 at: Some(vertex),
@@ -146,7 +146,7 @@ impl Divisions {
 
     /// The index of the inner point of an edge whose parameter differs from the vertex's by at most `same`, or that is at the
     /// vertex.
-    fn met_inside(
+    fn inner_point_at(
         &self,
         points: &EdgePoints,
         parameter: f64,
@@ -185,7 +185,7 @@ impl Divisions {
         if division_points.is_empty() {
             return points;
         }
-        let mut all = uncrowded(&points, division_points, edge.curve.has_kinks());
+        let mut all = points_far_from_divisions(&points, division_points, edge.curve.has_kinks());
         let (low, high) = (first.min(last), first.max(last));
         let inside = division_points
             .iter()
@@ -230,7 +230,7 @@ fn parameter_ends(points: &EdgePoints) -> Option<(f64, f64)> {
 /// The points of an edge, with their parameters, that have no further division too near. The ends are always kept.
 ///
 /// On a curve with kinks, only points at the same parameter are too near.
-fn uncrowded(
+fn points_far_from_divisions(
     points: &EdgePoints,
     division_points: &[DivisionPoint],
     has_kinks: bool,

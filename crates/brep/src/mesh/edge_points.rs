@@ -116,7 +116,7 @@ fn adaptive(curve: &Curve, t0: f64, t1: f64, tolerance: Tolerance, least: usize)
         while let Some((from, to, depth)) = open.pop() {
             let may_split =
                 !is_polygon && depth < MAX_DEPTH && parameters.len() + open.len() < MAX_POINTS;
-            if may_split && bends(curve, from, to, tolerance) {
+            if may_split && leaves_chord(curve, from, to, tolerance) {
                 let middle = 0.5 * (from + to);
                 open.push((middle, to, depth + 1));
                 open.push((from, middle, depth + 1));
@@ -129,7 +129,7 @@ fn adaptive(curve: &Curve, t0: f64, t1: f64, tolerance: Tolerance, least: usize)
 }
 
 /// Whether a piece leaves its chord by more than the tolerance.
-fn bends(curve: &Curve, from: f64, to: f64, tolerance: Tolerance) -> bool {
+fn leaves_chord(curve: &Curve, from: f64, to: f64, tolerance: Tolerance) -> bool {
     let ((p, at_p), (m, at_m), (q, at_q)) = (
         curve.derivative(from),
         curve.derivative(0.5 * (from + to)),

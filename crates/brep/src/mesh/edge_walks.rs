@@ -166,7 +166,7 @@ mod tests {
     }
 
     #[test]
-    fn triangles_alone_say_the_same() {
+    fn triangles_alone_give_the_same_result() {
         let corners = [
             [0.0, 0.0, 0.0],
             [1.0, 0.0, 0.0],

@@ -324,7 +324,7 @@ mod tests {
     }
 
     #[test]
-    fn what_lies_between_triangles_and_boundary_is_filled() {
+    fn gaps_between_triangles_and_boundary_are_filled() {
         let square = flat(&[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]);
         check(
             &square,

@@ -14,7 +14,7 @@ const BUDGET_LOSS: f64 = 0.02;
 
 /// Describes what is lost of a face: all its triangles, the true position of its boundary, or detail that a budget left out.
 /// Returns `None` if nothing is lost.
-pub(super) fn what_is_lost(
+pub(super) fn lost_description(
     brep: &Brep,
     face: &BrepFace,
     mesh: &Result<FaceMesh, FaceMeshError>,

@@ -55,7 +55,7 @@ use crate::bounds::diagonal;
 use crate::model::{Brep, LostEntity, LostKind, Note};
 use error::FaceMeshError;
 use face_mesh::FaceMesh;
-use lost::{beyond_max_triangles, what_is_lost};
+use lost::{beyond_max_triangles, lost_description};
 use partprobe_shape::{Mesh, Point, SurfaceAttributes, bounding_diagonal};
 use solids::{solid_of, solid_origins};
 
@@ -129,7 +129,7 @@ impl BrepMesh {
         let lost = if is_beyond {
             Some(beyond_max_triangles(brep, face, size))
         } else {
-            what_is_lost(brep, face, &mesh, size)
+            lost_description(brep, face, &mesh, size)
         };
 
         if let Some(reason) = lost {

@@ -310,7 +310,7 @@ mod tests {
     }
 
     #[test]
-    fn surfaces_that_touch_are_told_apart() {
+    fn surfaces_that_touch_are_distinguished() {
         // On the outside of a side, on its inside, from wall to wall, at corners and at six points.
         check(
             vec![cube(0.0, 10.0), cuboid([10.0, 4.0, 4.0], [10.2, 5.0, 5.0])],

@@ -67,7 +67,7 @@ pub(super) fn off_bound(boundary: impl Iterator<Item = Point>, size: f64) -> f64
 
 /// The edge that lies farthest off the face's surface. Returns `None` if all edges are near enough.
 pub(crate) fn off_surface(brep: &Brep, face: &BrepFace, size: f64) -> Option<OffSurface> {
-    farthest_off(brep, face, size, |_| true)
+    farthest_off_surface(brep, face, size, |_| true)
 }
 
 /// The straight edge that lies farthest off the face's surface. Both its ends may lie on the surface, for example if it is a
@@ -81,7 +81,7 @@ pub(crate) fn straight_off_surface(brep: &Brep, face: &BrepFace, size: f64) -> O
     let has_any =
         !is_flat && uses().any(|use_| brep.edges.get(use_.edge as usize).is_some_and(may_leave));
     if has_any {
-        farthest_off(brep, face, size, may_leave)
+        farthest_off_surface(brep, face, size, may_leave)
     } else {
         None
     }
@@ -98,7 +98,7 @@ fn length_between_ends(brep: &Brep, edge: &BrepEdge) -> f64 {
         .map_or(0.0, |(start, end)| distance(start.point, end.point))
 }
 
-fn farthest_off(
+fn farthest_off_surface(
     brep: &Brep,
     face: &BrepFace,
     size: f64,
@@ -117,7 +117,7 @@ fn farthest_off(
     for uses in face.loops.iter().filter_map(edges_of) {
         let edges: Vec<(&BrepEdge, Vec<Point>)> = uses
             .iter()
-            .filter_map(|use_| places_of(brep, use_.edge, is_flat))
+            .filter_map(|use_| points_on_edge(brep, use_.edge, is_flat))
             .collect();
         let bound = off_bound(edges.iter().flat_map(|(_, points)| points).copied(), size);
         for (edge, points) in edges.into_iter().filter(|(edge, _)| asks(edge)) {
@@ -139,7 +139,7 @@ fn farthest_off(
 }
 
 /// Points along an edge. On a plane, the ends of a straight edge suffice.
-fn places_of(brep: &Brep, edge: u32, is_flat: bool) -> Option<(&BrepEdge, Vec<Point>)> {
+fn points_on_edge(brep: &Brep, edge: u32, is_flat: bool) -> Option<(&BrepEdge, Vec<Point>)> {
     let edge = brep.edges.get(edge as usize)?;
     let [start, end] = [edge.start, edge.end].map(|vertex| brep.vertices.get(vertex as usize));
     let (t0, t1) = trim(edge, &brep.vertices);

@@ -3,7 +3,7 @@
 use super::grid::{candidates, pole_node};
 use super::layout::Layout;
 use super::plain::PlainFace;
-use super::triangulated::{ChartTriangulation, Node, boundary_sides, settled};
+use super::triangulated::{ChartTriangulation, Node, boundary_sides, without_tiny_coordinates};
 use crate::geometry::Surface;
 
 /// Triangulates a face whose boundary is plain. `nodes` are the nodes of the boundary.
@@ -17,13 +17,16 @@ pub(super) fn plain_triangulation(
         .iter()
         .map(|bound| bound.corners.len())
         .collect();
-    let points: Vec<[f64; 2]> = nodes.iter().map(|node| settled(node.x)).collect();
+    let points: Vec<[f64; 2]> = nodes
+        .iter()
+        .map(|node| without_tiny_coordinates(node.x))
+        .collect();
     let mut face = PlainFace::new(&points, &lengths)?;
     let mut nodes = nodes.to_vec();
     let n_bounding = nodes.len();
     if !matches!(surface, Surface::Plane(_)) {
         for node in inner_nodes(surface, layout, &face) {
-            face.insert(settled(node.x))?;
+            face.insert(without_tiny_coordinates(node.x))?;
             nodes.push(node);
         }
     }
@@ -51,7 +54,7 @@ fn inner_nodes(surface: &Surface, layout: &Layout, face: &PlainFace) -> Vec<Node
     }
     let points: Vec<[f64; 2]> = candidates
         .iter()
-        .map(|candidate| settled(candidate.x))
+        .map(|candidate| without_tiny_coordinates(candidate.x))
         .collect();
     for (candidate, holder) in candidates.iter().zip(face.holders(&points)) {
         if holder.is_some_and(|holder| !candidate.is_crowded(holder.corners, holder.is_bounding)) {

@@ -8,7 +8,7 @@ use partprobe_shape::{Point, cross, distance, dot, subtract};
 /// A loop whose area is below this fraction of its squared perimeter is a sliver: about 24 times as long as wide.
 const SLIVER: f64 = 0.01;
 /// If the sine of a face's largest latitude is below this value, the face is far enough from the poles.
-const BESIDE_EQUATOR: f64 = 0.3;
+const NEAR_EQUATOR: f64 = 0.3;
 
 /// The rotated frame of a sphere. A small patch or a long sliver lies on its equator. A larger face has a pole inside its widest
 /// loop.
@@ -62,7 +62,7 @@ fn frame_along(frame: &Frame, corners: &[BoundaryPoint]) -> Option<Frame> {
 
     let is_beside = arms
         .iter()
-        .all(|&arm| dot(arm, normal).abs() < BESIDE_EQUATOR);
+        .all(|&arm| dot(arm, normal).abs() < NEAR_EQUATOR);
     is_beside.then(|| Frame::new(frame.origin, Some(normal), Some(first)))
 }
 

@@ -27,7 +27,7 @@ const KNOT_DEPTH: u32 = 2;
 /// A chord that changes a parameter by no more than this fraction of its extent is a parameter line.
 const ALONG: f64 = 1e-6;
 /// A point of a curve that is farther from the surface than this fraction of the side is not used for the strip.
-const BESIDE: f64 = 0.1;
+const MAX_OFF_SURFACE: f64 = 0.1;
 /// A projection succeeds if the point is nearer to the surface than this fraction of the side.
 const FOUND: f64 = 1e-3;
 /// Two searches end at the same point if their distances differ by no more than this fraction.
@@ -471,7 +471,7 @@ fn looked_up(
             break;
         }
     }
-    let found = best.filter(|best| best.distance <= BESIDE * length)?;
+    let found = best.filter(|best| best.distance <= MAX_OFF_SURFACE * length)?;
     let period = projector.surface().period();
     let uv = [0, 1].map(|axis| near(found.uv[axis], seed[axis], period[axis]));
     Some(CurvePoint {

@@ -234,7 +234,7 @@ fn check_curvature(brep: &Brep, face: u32, expected: [f32; 2]) {
 }
 
 #[test]
-fn vertices_know_how_their_surfaces_bend() {
+fn vertices_have_the_curvatures_of_their_surfaces() {
     check_curvature(&cylinder(2.0, 3.0, true), 1, [0.0, 0.0]);
     check_curvature(&cylinder(2.0, 3.0, true), 2, [0.5, 0.0]);
     let mut hole = cylinder(2.0, 3.0, false);
@@ -373,7 +373,7 @@ fn what_is_round_keeps_its_volume_and_what_is_not_stays_coarse() {
 
 /// The volume between triangles and surfaces is the volume that the mesh lacks.
 #[test]
-fn meshes_and_what_they_cut_off_make_the_true_volume() {
+fn meshes_and_the_volume_they_cut_off_add_up_to_the_true_volume() {
     let (major, minor) = (3.0, 1.0);
     let bodies = [
         (cylinder(1.0, 5.0, true), 5.0 * PI),
@@ -542,7 +542,7 @@ fn a_cone_that_a_plane_cuts_keeps_its_volume() {
 }
 
 #[test]
-fn spheres_close_whole_and_half() {
+fn full_spheres_and_half_spheres_are_closed() {
     let sphere = Surface::Sphere {
         frame: UP,
         radius: 2.0,
@@ -590,7 +590,7 @@ fn an_octant_of_a_sphere_may_touch_the_pole() {
 }
 
 #[test]
-fn tori_close_whole_and_in_both_bands() {
+fn full_tori_and_both_bands_are_closed() {
     let (major, minor) = (3.0, 1.0);
     let torus = Surface::Torus {
         frame: UP,
@@ -771,7 +771,7 @@ fn faces_that_contradict_their_neighbors_are_reversed() {
 
 /// A box with a void, whose shell is written in both orientations, and a box that is written inside out.
 #[test]
-fn shells_lie_the_right_side_out_whatever_their_flags_say() {
+fn shells_are_oriented_outward_for_any_flags() {
     let (outer, inner) = (box_of([3.0, 3.0, 3.0]), box_of([1.0, 1.0, 1.0]));
     for flipped in [[false, false], [false, true], [true, false], [true, true]] {
         let mut brep = outer.clone();
@@ -842,7 +842,7 @@ fn a_revolution_ends_where_its_vertices_say() {
 }
 
 #[test]
-fn a_cone_has_a_nappe_behind_its_apex() {
+fn a_cone_has_a_second_nappe_beyond_its_apex() {
     let cone = Surface::Cone {
         frame: UP,
         radius: 1.0,
@@ -1002,7 +1002,7 @@ fn a_face_at_the_cap_of_triangles_is_named() {
             ..FaceMesh::default()
         };
         let brep = shape(&[]).face(plane_at(0.0), true, &[]);
-        let reason = what_is_lost(&brep, &brep.faces[0], &Ok(mesh), 1.0);
+        let reason = lost_description(&brep, &brep.faces[0], &Ok(mesh), 1.0);
         assert_eq!(reason.is_some(), expected.is_some(), "{reason:?}");
         if let (Some(reason), Some(expected)) = (reason, expected) {
             assert!(

@@ -89,6 +89,6 @@ pub(super) fn boundary_sides(layout: &Layout, lies: impl Fn(usize, usize) -> f64
 }
 
 /// A point whose tiny coordinates are set to zero. The triangulation refuses numbers whose squares vanish.
-pub(super) fn settled(point: [f64; 2]) -> [f64; 2] {
+pub(super) fn without_tiny_coordinates(point: [f64; 2]) -> [f64; 2] {
     point.map(|x| if x.abs() < 1e-40 { 0.0 } else { x })
 }

@@ -8,7 +8,7 @@ use super::bands::Bands;
 use super::grid::{Candidate, candidates, pole_node};
 use super::layout::Layout;
 use super::plain_face::plain_triangulation;
-use super::triangulated::{ChartTriangulation, Node, boundary_sides, settled};
+use super::triangulated::{ChartTriangulation, Node, boundary_sides, without_tiny_coordinates};
 use super::unwrap::{UvLoop, UvPoint};
 use crate::geometry::Surface;
 use spade::handles::{
@@ -78,7 +78,7 @@ fn constrained(
     let sides = boundary_sides(layout, |from, to| {
         hand_of_face(&cdt, &inside, handles[from], handles[to])
     });
-    let is_ragged = has_crossings || falls_together(&cdt, &nodes, &handles);
+    let is_ragged = has_crossings || has_coinciding_nodes(&cdt, &nodes, &handles);
     Some(ChartTriangulation {
         nodes,
         n_bounding,
@@ -109,7 +109,7 @@ fn hand_of_face(cdt: &Cdt, inside: &[bool], from: FixedVertexHandle, to: FixedVe
 }
 
 /// Whether boundary nodes with different points in space have the same point in the chart.
-fn falls_together(cdt: &Cdt, nodes: &[Node], handles: &[FixedVertexHandle]) -> bool {
+fn has_coinciding_nodes(cdt: &Cdt, nodes: &[Node], handles: &[FixedVertexHandle]) -> bool {
     let kept = |handle: &FixedVertexHandle| nodes[cdt.vertex(*handle).data().node as usize].point;
     handles
         .iter()
@@ -171,7 +171,7 @@ fn turn_of(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
 }
 
 fn chart_vertex([x, y]: [f64; 2], node: usize) -> ChartVertex {
-    let [x, y] = settled([x, y]);
+    let [x, y] = without_tiny_coordinates([x, y]);
     ChartVertex {
         position: Point2::new(x, y),
         node: node as u32,
@@ -289,13 +289,13 @@ fn enter(
     inside: &mut [Option<bool>],
     open: &mut Vec<FixedFaceHandle<InnerTag>>,
 ) {
-    let Some(beside) = edge.face().as_inner() else {
+    let Some(neighbor) = edge.face().as_inner() else {
         return;
     };
-    let flag = &mut inside[beside.fix().index()];
+    let flag = &mut inside[neighbor.fix().index()];
     if flag.is_none() {
         *flag = Some(from ^ *edge.as_undirected().data().data());
-        open.push(beside.fix());
+        open.push(neighbor.fix());
     }
 }
 

@@ -86,7 +86,7 @@ mod tests {
     }
 
     #[test]
-    fn only_what_chords_do_not_explain_is_told() {
+    fn only_differences_that_chords_do_not_explain_are_reported() {
         check(5.0, 50.0, 0.01, false);
         check(5.0, 44.0, 0.01, false);
         check(5.0, 40.0, 0.01, true);

@@ -211,7 +211,7 @@ fn projected(
     let mut raw = Vec::with_capacity(polygon.len());
     for i in 0..polygon.len() {
         let point = polygon[i].point;
-        let mut found = projector.project_beside(point, seed);
+        let mut found = projector.project_near(point, seed);
         if found.distance > OFF_SHAPE * size {
             // The search that started at a neighbor may have ended in the wrong position.
             let anywhere = projector.project(point, None);

@@ -321,7 +321,7 @@ mod tests {
     }
 
     #[test]
-    fn what_stands_behind_the_end_is_not_read() {
+    fn text_after_the_end_is_not_read() {
         #[track_caller]
         fn check(text: &str, expected: &[u64], expected_lost: &[u64]) {
             let mut lost = Vec::new();
@@ -415,7 +415,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_exchange_structure() {
+    fn texts_that_are_not_an_exchange_structure() {
         let error = |text: &[u8]| Exchange::index(text, 2, &mut Vec::new()).err();
         assert_eq!(error(b"solid cube"), Some(ExchangeError::NotStep));
         assert_eq!(

@@ -417,7 +417,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_left_out_is_unset() {
+    fn omitted_parameters_are_unset() {
         assert_eq!(
             params(",2)").first(),
             Ok([Param::Unset, Param::Number(2.0)])
@@ -444,7 +444,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_parameter() {
+    fn texts_that_are_not_a_parameter() {
         check("#99999999999999999999)", Err(ParamError::LargeId));
         check("@5)", Err(ParamError::Elsewhere));
         check("#)", Err(ParamError::Syntax));

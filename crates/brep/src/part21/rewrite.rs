@@ -204,7 +204,7 @@ mod tests {
     }
 
     #[test]
-    fn references_stand_outside_of_strings_and_comments() {
+    fn references_are_found_outside_of_strings_and_comments() {
         let found: Vec<u64> = references_in(b"A(#1,'#2',/*#3*/(#4,B(#1)),\"0A\")").collect();
         assert_eq!(found, [1, 4, 1]);
     }

@@ -243,7 +243,7 @@ mod tests {
     }
 
     #[test]
-    fn a_million_parentheses_are_no_recursion() {
+    fn a_million_parentheses_do_not_recurse() {
         let text = "(".repeat(1_000_000) + &")".repeat(1_000_000);
         check(&text, Ok(2_000_000));
     }

@@ -83,7 +83,7 @@ impl Assembly {
 
     /// Chooses one of the representations that list the same item: the first that is placed in another one, or else the first
     /// that is the shape of a product. Exporters list a solid again where they attach a property to it.
-    pub(super) fn most_placed(&self, representations: &[u64]) -> Option<u64> {
+    pub(super) fn preferred_representation(&self, representations: &[u64]) -> Option<u64> {
         let is_placed =
             |&&representation: &&u64| self.placed.contains_key(&self.system(representation));
         let is_product = |&&representation: &&u64| {

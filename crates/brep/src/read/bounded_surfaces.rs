@@ -6,8 +6,10 @@
 use super::curves::{DirectedCurve, MAX_NESTING};
 use super::edges::{EdgeTable, reversed};
 use super::error::{EntityError, Problem};
-use super::implicit_bounds::{as_hole, natural_border};
-use super::rectangle::{encloses_more_than_half, rectangle, seen_from, sides, sides_of_patch};
+use super::implicit_bounds::{directed_as_hole, natural_border};
+use super::rectangle::{
+    encloses_more_than_half, rectangle, reversed_if_mirrored, sides, sides_of_patch,
+};
 use super::space::Reader;
 use crate::geometry::{CompositeSegment, Surface};
 use crate::model::{EdgeUse, Loop};
@@ -53,7 +55,7 @@ pub(super) fn loops_of(
             }
             _ => sides_of_patch(&reader.rectangle_of(record)?),
         };
-        return Ok(vec![seen_from(reader, rectangle(edges, sides))]);
+        return Ok(vec![reversed_if_mirrored(reader, rectangle(edges, sides))]);
     }
     let mut loops = Vec::new();
     let mut bounded = record;
@@ -71,7 +73,7 @@ pub(super) fn loops_of(
         loops.extend(
             boundaries
                 .into_iter()
-                .map(|boundary| as_hole(edges, boundary, surface, same_sense)),
+                .map(|boundary| directed_as_hole(edges, boundary, surface, same_sense)),
         );
         if basis.keyword != Keyword::CurveBoundedSurface {
             loops.splice(
@@ -104,7 +106,7 @@ fn listed_boundaries(
     let boundaries = boundaries.list()?.iter().map(|boundary| {
         reader.source.entity(boundary?.reference()?, |record| {
             let segments = reader.composite_segments(record)?;
-            Ok(seen_from(reader, segment_loop(edges, segments)?))
+            Ok(reversed_if_mirrored(reader, segment_loop(edges, segments)?))
         })
     });
     boundaries.collect()

@@ -44,7 +44,7 @@ impl<'a> Reader<'_, 'a> {
                     .source
                     .class_params(record, "B_SPLINE_CURVE_WITH_KNOTS", 6)?
                     .first()?;
-                written_out(multiplicities, knots, poles.len() + degree + 1)?
+                expanded_knots(multiplicities, knots, poles.len() + degree + 1)?
             }
             rule => ruled_knots(rule, poles.len(), degree)?,
         };
@@ -93,8 +93,8 @@ impl<'a> Reader<'_, 'a> {
             .class_params(record, "B_SPLINE_SURFACE_WITH_KNOTS", 8)?
             .first()?;
         Ok([
-            written_out(times_u, knots_u, counts[0] + degree[0] + 1)?,
-            written_out(times_v, knots_v, counts[1] + degree[1] + 1)?,
+            expanded_knots(times_u, knots_u, counts[0] + degree[0] + 1)?,
+            expanded_knots(times_v, knots_v, counts[1] + degree[1] + 1)?,
         ])
     }
 
@@ -180,7 +180,7 @@ fn apply_weights<'a>(
 }
 
 /// The knots, repeated by their multiplicities. Their total number must be `n_knots`.
-fn written_out(
+fn expanded_knots(
     multiplicities: Param<'_>,
     knots: Param<'_>,
     n_knots: usize,

@@ -115,8 +115,8 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
             minor,
         };
         // The sheets meet at the tips, where neither of them is nearer.
-        let beside = gap(&shared.surface);
-        if beside > 1e-6 * minor && gap(&inner) < 0.5 * beside {
+        let outer_gap = gap(&shared.surface);
+        if outer_gap > 1e-6 * minor && gap(&inner) < 0.5 * outer_gap {
             // On the inner sheet, `∂u × ∂v` of the whole torus has the opposite direction.
             SharedSurface {
                 surface: Arc::new(inner),

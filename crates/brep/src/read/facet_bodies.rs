@@ -28,7 +28,7 @@ struct Tessellated {
 impl<'s, 'a> TopologyBuilder<'s, 'a> {
     /// Whether a tessellated body is left out because its exact shape was read. `has_exact_product` says whether its product has
     /// exact faces.
-    pub(super) fn stands_beside_exact(&mut self, root: &Root, has_exact_product: bool) -> bool {
+    pub(super) fn is_replaced_by_exact(&mut self, root: &Root, has_exact_product: bool) -> bool {
         let elements = root.shells(self.source).unwrap_or_default();
         let mut links = elements.iter().filter_map(|&element| {
             let record = self.source.exchange.record(element)?;
@@ -51,7 +51,7 @@ impl<'s, 'a> TopologyBuilder<'s, 'a> {
     }
 
     /// Whether a representation lists a face or shell that has not yet been read as part of a body.
-    pub(super) fn has_news(&self, root: &Root) -> bool {
+    pub(super) fn lists_unread_items(&self, root: &Root) -> bool {
         let is_tried = |&item: &u64| {
             self.source
                 .exchange

@@ -209,7 +209,7 @@ mod tests {
     }
 
     #[test]
-    fn triangles_against_each_other_are_told_by_their_walks() {
+    fn triangles_of_opposite_sense_are_found_by_their_walks() {
         let shared: Expected<'_> = (&[0, 2], &[(0, false), (1, false)]);
         check(
             &[&[[0, 1, 2]], &[[0, 3, 2]]],

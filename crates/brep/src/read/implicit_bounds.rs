@@ -4,7 +4,9 @@
 use super::curves::MAX_NESTING;
 use super::edges::{EdgeTable, reversed};
 use super::error::{EntityError, Problem};
-use super::rectangle::{encloses_more_than_half, rectangle, seen_from, sides, sides_of_patch};
+use super::rectangle::{
+    encloses_more_than_half, rectangle, reversed_if_mirrored, sides, sides_of_patch,
+};
 use super::space::Reader;
 use crate::geometry::{CompositeSegment, Curve, Projector, Surface, SurfacePatch};
 use crate::model::{EdgeUse, Loop};
@@ -26,10 +28,12 @@ pub(super) fn natural_border(
     (surface, same_sense): (&Surface, bool),
 ) -> Result<Vec<Loop>, EntityError> {
     let border = match basis.keyword {
-        Keyword::RectangularTrimmedSurface | Keyword::RectangularCompositeSurface => seen_from(
-            reader,
-            rectangle(edges, sides_of_patch(&reader.rectangle_of(basis)?)),
-        ),
+        Keyword::RectangularTrimmedSurface | Keyword::RectangularCompositeSurface => {
+            reversed_if_mirrored(
+                reader,
+                rectangle(edges, sides_of_patch(&reader.rectangle_of(basis)?)),
+            )
+        }
         _ if closes_in_itself(surface) => return Ok(Vec::new()),
         _ => {
             let sides = match surface {
@@ -97,7 +101,7 @@ fn reversed_segment(segment: CompositeSegment) -> CompositeSegment {
 
 /// The boundary, directed so that the hole is on its right, even if the file says otherwise: any bound other than the natural
 /// ones is a hole. `same_sense` says whether the face's normal is the surface's normal.
-pub(super) fn as_hole(
+pub(super) fn directed_as_hole(
     edges: &EdgeTable,
     boundary: Loop,
     surface: &Surface,
@@ -164,11 +168,11 @@ fn runs_left(surface: &Surface, points: &[Point]) -> Option<bool> {
     for &point in points.iter().chain(points.first()) {
         let uv = projector.project(point, None).uv;
         let before = walk.last().copied().unwrap_or(uv);
-        let beside = |axis: usize| match period[axis] {
+        let nearest_copy = |axis: usize| match period[axis] {
             Some(period) => uv[axis] + ((before[axis] - uv[axis]) / period).round() * period,
             None => uv[axis],
         };
-        walk.push([beside(0), beside(1)]);
+        walk.push([nearest_copy(0), nearest_copy(1)]);
     }
     let (first, last) = (*walk.first()?, *walk.last()?);
     let winds = |axis: usize| {

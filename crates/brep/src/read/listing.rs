@@ -94,7 +94,7 @@ impl Listing {
             if items.is_empty() {
                 continue;
             }
-            let how = match beside(source, representation) {
+            let how = match reason_not_a_shape(source, representation) {
                 _ if supplemental.contains(&representation.id) => ListingKind::Beside(SUPPLEMENTAL),
                 Some(reason) => ListingKind::Beside(reason),
                 None => ListingKind::AsShape,
@@ -158,7 +158,7 @@ fn supplemental(source: &StepFile<'_>) -> BTreeSet<u64> {
             source
                 .exchange
                 .record(id)
-                .is_some_and(|record| beside(source, record) == Some(SUPPLEMENTAL))
+                .is_some_and(|record| reason_not_a_shape(source, record) == Some(SUPPLEMENTAL))
         };
         Some(if is_named(first) && !is_named(second) {
             first
@@ -170,7 +170,7 @@ fn supplemental(source: &StepFile<'_>) -> BTreeSet<u64> {
 }
 
 /// The reason why the items of a representation of this class are not a shape. Returns `None` if they are a shape.
-fn beside(source: &StepFile<'_>, representation: Record) -> Option<&'static str> {
+fn reason_not_a_shape(source: &StepFile<'_>, representation: Record) -> Option<&'static str> {
     let is_supplemental = source.exchange.partials(representation).any(|(class, _)| {
         let class = full_name(class).to_ascii_uppercase();
         let contains = |name: &[u8]| class.windows(name.len()).any(|window| window == name);

@@ -198,7 +198,7 @@ impl ExactShapes {
         self.definitions.extend(product.definition);
     }
 
-    fn holds(&self, product: ProductKey) -> bool {
+    fn has_product(&self, product: ProductKey) -> bool {
         let has_system = product
             .system
             .is_some_and(|system| self.systems.contains(&system));
@@ -232,9 +232,9 @@ fn brep_of(source: &StepFile<'_>, lost: Vec<LostEntity>) -> Brep {
         let id = root.record.id;
         let is_tessellated = matches!(root.kind, RootKind::Tessellated | RootKind::BareFacets);
         let product = representations.product(id);
-        let is_repeated = root.kind == RootKind::Bare && !builder.has_news(root);
+        let is_repeated = root.kind == RootKind::Bare && !builder.lists_unread_items(root);
         if is_repeated
-            || (is_tessellated && builder.stands_beside_exact(root, exact.holds(product)))
+            || (is_tessellated && builder.is_replaced_by_exact(root, exact.has_product(product)))
         {
             continue;
         }

@@ -121,7 +121,7 @@ impl<'s, 'a> Representations<'s, 'a> {
         let assembly = Assembly::read(source, &mut contexts, &mapped_in);
         let of_root = all_of_root
             .into_iter()
-            .filter_map(|(root, all)| Some((root, assembly.most_placed(&all)?)))
+            .filter_map(|(root, all)| Some((root, assembly.preferred_representation(&all)?)))
             .collect();
         Self {
             source,

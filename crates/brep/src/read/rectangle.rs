@@ -16,7 +16,7 @@ const SIDE_PIECES: usize = 8;
 const SIDES_MEET: f64 = 1e-9;
 
 /// The boundary, reversed if the representation is mirrored.
-pub(super) fn seen_from(reader: &Reader<'_, '_>, boundary: Loop) -> Loop {
+pub(super) fn reversed_if_mirrored(reader: &Reader<'_, '_>, boundary: Loop) -> Loop {
     if reader.is_mirrored() {
         reversed(boundary)
     } else {

@@ -173,7 +173,7 @@ mod tests {
     }
 
     #[test]
-    fn what_only_looks_like_a_representation_is_none() {
+    fn similar_class_names_are_not_representations() {
         // The third attribute is not a context.
         check(
             "ADVANCED_BREP_SHAPE_REPRESENTATION('',(@),#1);\n#9005=GROUP_OF('',(@),#9002)",
@@ -186,7 +186,7 @@ mod tests {
     }
 
     #[test]
-    fn a_drawing_says_where_a_root_stands_only_where_nothing_else_does() {
+    fn a_drawing_places_a_root_only_if_nothing_else_does() {
         check("DRAUGHTING_MODEL('',(@),#9003)", 25.4);
         for class in [
             "DRAUGHTING_MODEL",

@@ -287,7 +287,7 @@ fn budgets_are_named_when_they_are_spent() {
 }
 
 #[test]
-fn what_is_damaged_is_lost_and_the_rest_goes_on() {
+fn damaged_entities_are_lost_and_the_rest_is_read() {
     let text = String::from_utf8(cuboid([1.0; 3]).bytes()).unwrap();
     let n_faces = |damaged: &str| {
         let brep = read(damaged.as_bytes(), &ReadBudget::default()).unwrap();
@@ -309,7 +309,7 @@ fn what_is_damaged_is_lost_and_the_rest_goes_on() {
 }
 
 #[test]
-fn cycles_end_in_a_named_loss() {
+fn cycles_are_reported_as_lost_entities() {
     let mut text = cuboid([1.0; 3]);
     let shell = text.add("ORIENTED_CLOSED_SHELL('',*,#1000,.F.)");
     let solid = text.add(format!("MANIFOLD_SOLID_BREP('',#{shell})"));
@@ -374,7 +374,7 @@ fn units_come_from_the_context() {
 }
 
 #[test]
-fn shells_turn_their_faces_over() {
+fn reversed_shells_reverse_their_faces() {
     let mut text = StepText::in_millimeters();
     let outer = text.polyhedron(&box_corners([3.0; 3]), &CUBE_POLYGONS);
     let inner = text.polyhedron(
@@ -564,7 +564,7 @@ fn placed_cube(order: [usize; 2]) -> StepText {
 }
 
 #[test]
-fn components_stand_where_their_assembly_puts_them() {
+fn components_are_placed_by_their_assembly() {
     for order in [[0, 1], [1, 0]] {
         let brep = brep_of(&placed_cube(order));
         let low = brep.vertices.iter().fold([f64::MAX; 3], |low, v| {
@@ -579,7 +579,7 @@ fn components_stand_where_their_assembly_puts_them() {
 }
 
 #[test]
-fn a_solid_that_is_listed_twice_stands_where_its_assembly_puts_it() {
+fn a_solid_that_is_listed_twice_is_placed_by_its_assembly() {
     // All numbers are increased, so the added list has the lowest number.
     let text = String::from_utf8(placed_cube([0, 1]).bytes())
         .unwrap()
@@ -685,7 +685,7 @@ fn an_assembly_in_itself_is_a_loss_and_stays_unplaced() {
 }
 
 #[test]
-fn solids_come_apart() {
+fn solids_are_separated() {
     let mut text = StepText::in_millimeters();
     for shift in [0.0, 5.0] {
         let corners = box_corners([1.0; 3]).map(|[x, y, z]| [x + shift, y, z]);

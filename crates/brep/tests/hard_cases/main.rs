@@ -5,7 +5,6 @@
     reason = "a test that cannot build its own text has failed"
 )]
 
-mod beside;
 mod bounded;
 mod classes;
 mod dialects;
@@ -14,6 +13,7 @@ mod files;
 #[allow(dead_code, reason = "the unit tests use the rest of it")]
 mod fixtures;
 mod misoriented;
+mod other_contents;
 mod revolved;
 mod tessellated;
 

@@ -309,7 +309,7 @@ fn check_area(name: &str, text: &[u8], expected: f64) {
 }
 
 #[test]
-fn a_patch_stays_on_its_own_side_whatever_its_flags_say() {
+fn a_patch_stays_on_its_side_for_any_flags() {
     let revolutions = [false, true].map(|is_downward| Written::Revolution { is_downward });
     let splines = [false, true].map(|is_transposed| Written::Spline { is_transposed });
     let [upward, _] = revolutions;
@@ -354,7 +354,7 @@ fn a_patch_stays_on_its_own_side_whatever_its_flags_say() {
 }
 
 #[test]
-fn a_whole_turn_lies_between_its_rims_whatever_their_bounds_say() {
+fn a_full_turn_lies_between_its_rims_for_any_bounds() {
     for meridian in [OPEN, WALL, FUNNEL, ANNULUS] {
         for flags in 0..8 {
             let [sense, low, high] = [1, 2, 4].map(|bit| flags & bit == bit);
@@ -431,7 +431,7 @@ fn with_reversed_bounds(step: &str, is_reversed: impl Fn(usize) -> bool) -> Stri
 }
 
 #[test]
-fn bounds_that_run_the_wrong_way_change_nothing() {
+fn reversed_bounds_change_nothing() {
     let settings = SynthSettings {
         seed: 11,
         min_parts: 4,

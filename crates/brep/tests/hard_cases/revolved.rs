@@ -58,7 +58,7 @@ fn full_turns_with_and_without_seams() {
 
 /// A whole torus that is bounded by a vertex, with its area and volume in closed form, from the angle at which its tube meets the
 /// axis.
-fn whole_torus(entity: &str, [major, minor]: [f64; 2]) -> (StepText, [f64; 2]) {
+fn full_torus(entity: &str, [major, minor]: [f64; 2]) -> (StepText, [f64; 2]) {
     let mut text = StepText::in_millimeters();
     let axes = text.axes([0.0; 3], UP, X);
     let surface = text.add(entity.replace('@', &format!("#{axes}")));
@@ -110,7 +110,7 @@ fn horn_apple_and_lemon_tori() {
         ),
     ];
     for (name, entity, radii) in cases {
-        let (text, [area, volume]) = whole_torus(entity, radii);
+        let (text, [area, volume]) = full_torus(entity, radii);
         check(name, text.bytes(), &[(1, Torus)], [0, 1], area, volume);
     }
 }

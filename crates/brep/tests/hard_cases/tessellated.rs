@@ -209,7 +209,7 @@ fn prism(n: usize, n_pieces: usize) -> Vec<u8> {
 }
 
 #[test]
-fn an_angle_is_told_where_triangles_bend_more_than_inside_the_faces() {
+fn an_angle_is_given_where_triangles_bend_more_than_inside_the_faces() {
     let n = 24;
     let base = 0.5 * 25.0 * n as f64 * (TAU / n as f64).sin();
     let wall = 10.0 * 10.0 * n as f64 * (TAU / (2.0 * n as f64)).sin();
@@ -266,7 +266,7 @@ fn an_angle_is_told_where_triangles_bend_more_than_inside_the_faces() {
 }
 
 /// A box with its tessellation, in two representations that `relate` joins. `links` are written into the tessellation.
-fn beside_exact(links: [&str; 2], relate: impl Fn(&mut StepText, [usize; 2])) -> Vec<u8> {
+fn tessellation_and_exact(links: [&str; 2], relate: impl Fn(&mut StepText, [usize; 2])) -> Vec<u8> {
     let mut text = StepText::in_millimeters();
     let faces = text.polyhedron(&box_corners([10.0, 20.0, 30.0]), &CUBE_POLYGONS);
     let [_, solid] = text.solid(&faces);
@@ -322,19 +322,31 @@ fn exact_geometry_wins() {
         ));
     };
     let exact = [
-        ("linked by solid", beside_exact(["$", "@"], unrelated)),
-        ("linked by face", beside_exact(["@", "$"], unrelated)),
-        ("of one product", beside_exact(["$", "$"], one_product)),
+        (
+            "linked by solid",
+            tessellation_and_exact(["$", "@"], unrelated),
+        ),
+        (
+            "linked by face",
+            tessellation_and_exact(["@", "$"], unrelated),
+        ),
+        (
+            "of one product",
+            tessellation_and_exact(["$", "$"], one_product),
+        ),
         (
             "of one coordinate system",
-            beside_exact(["$", "$"], one_system),
+            tessellation_and_exact(["$", "$"], one_system),
         ),
-        ("of no product", beside_exact(["$", "$"], |_, _| ())),
+        (
+            "of no product",
+            tessellation_and_exact(["$", "$"], |_, _| ()),
+        ),
     ];
     for (name, text) in exact {
         check(name, text, &[(6, Plane)], [12, 6], 2200.0, 6000.0);
     }
-    let two = beside_exact(["$", "$"], unrelated);
+    let two = tessellation_and_exact(["$", "$"], unrelated);
     check(
         "of another product",
         two,
@@ -344,7 +356,7 @@ fn exact_geometry_wins() {
         12_000.0,
     );
     // If the exact faces cannot be read, the triangles are used.
-    let damaged = String::from_utf8(beside_exact(["$", "@"], one_product))
+    let damaged = String::from_utf8(tessellation_and_exact(["$", "@"], one_product))
         .unwrap()
         .replace("=ADVANCED_FACE", "=NO_FACE");
     let brep = read(damaged.as_bytes(), &ReadBudget::default()).unwrap();
@@ -386,7 +398,7 @@ fn triangles_that_number_the_coordinates_are_understood_and_noted() {
 }
 
 #[test]
-fn damage_is_named_and_the_rest_goes_on() {
+fn damage_is_named_and_the_rest_is_read() {
     let text = String::from_utf8(tessellated_box(TRIANGLES, "TESSELLATED_SOLID('',(@),$)").bytes())
         .unwrap();
     let lost = |from: &str, to: &str| {

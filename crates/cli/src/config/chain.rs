@@ -52,8 +52,8 @@ impl ConfigText {
             return Ok(None);
         };
         let folder = self.path.as_deref().and_then(Path::parent);
-        let beside = folder.map(|folder| folder.join(base));
-        if let Some(path) = beside.filter(|path| path.exists()) {
+        let sibling = folder.map(|folder| folder.join(base));
+        if let Some(path) = sibling.filter(|path| path.exists()) {
             return of_file(&path).map(Some);
         }
         let name = base.trim_end_matches(".toml");

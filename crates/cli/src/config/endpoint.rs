@@ -146,20 +146,20 @@ mod tests {
 
     #[track_caller]
     fn check(text: &str, expected: Option<&str>) {
-        let told = toml::from_str::<EndpointConfig>(text)
+        let message = toml::from_str::<EndpointConfig>(text)
             .map_err(|error| error.to_string())
             .and_then(|endpoint| endpoint.check().map_err(|error| error.to_string()));
         match expected {
-            None => assert_eq!(told, Ok(())),
+            None => assert_eq!(message, Ok(())),
             Some(part) => assert!(
-                told.clone().is_err_and(|told| told.contains(part)),
-                "{told:?}"
+                message.clone().is_err_and(|message| message.contains(part)),
+                "{message:?}"
             ),
         }
     }
 
     #[test]
-    fn what_cannot_be_meant_is_refused() {
+    fn impossible_values_are_refused() {
         check("name = \"T1\"\ndata = \"t1\"", None);
         check(
             "name = \"noisy\"\nposition_noise = 0.01\nnormal_noise_deg = 10",

@@ -3,7 +3,7 @@
 use super::Config;
 use super::chain::{ConfigText, chain};
 use super::flag::{as_written, without_flag};
-use super::problem::{ConfigProblem, Layer, nearest, place_of};
+use super::problem::{ConfigProblem, Layer, nearest, position_of};
 use crate::usage::as_usage_error;
 use anyhow::{Context, Result, anyhow, bail};
 use std::fs;
@@ -128,7 +128,7 @@ fn load_any(name_or_path: &str, overrides: &[String]) -> Result<LoadedConfig> {
                     text: &config.text,
                 })
                 .collect();
-            place_of(problem, overrides, &layers)
+            position_of(problem, overrides, &layers)
         });
         error.context(place.unwrap_or_else(|| format!("config `{name_or_path}`")))
     })
@@ -343,7 +343,7 @@ mod tests {
     }
 
     #[test]
-    fn epochs_take_the_place_of_steps() {
+    fn epochs_replace_steps() {
         let load = |overrides: &[&str]| {
             let overrides: Vec<String> = overrides.iter().map(|&text| text.to_owned()).collect();
             load("base", &overrides).unwrap().config.train

@@ -7,6 +7,7 @@ mod chain;
 mod clusterer_name;
 mod difference;
 mod endpoint;
+mod explicit;
 mod flag;
 mod kernel_options;
 mod merge;
@@ -16,7 +17,6 @@ mod ranges;
 mod settings;
 mod source_names;
 mod source_table;
-mod stated;
 mod training_tables;
 
 pub(crate) use clusterer_name::ClustererName;
@@ -25,6 +25,7 @@ pub(crate) use difference::shown;
 pub(crate) use difference::{Difference, differences, listed};
 #[cfg(feature = "train")]
 pub(crate) use endpoint::{EndpointConfig, EndpointNormals, EndpointShapes};
+pub(crate) use explicit::{explicit_table, with_table};
 pub(crate) use flag::by_flag;
 #[cfg(feature = "train")]
 pub(crate) use flag::{as_written, is_set, key_of};
@@ -38,4 +39,3 @@ pub(crate) use settings::{
     SelectConfig, SplitConfig, SynthConfig,
 };
 pub(crate) use source_table::{FOREIGN_SUPERVISION, SourceTable};
-pub(crate) use stated::{stated_table, with_table};

@@ -227,7 +227,7 @@ pub(super) struct Layer<'a> {
 }
 
 /// The place of a key: an argument, or a line of a file. Later settings replace earlier ones, so they are searched first.
-pub(super) fn place_of(
+pub(super) fn position_of(
     problem: &ConfigProblem,
     overrides: &[String],
     layers: &[Layer<'_>],
@@ -394,10 +394,10 @@ mod tests {
             "unknown field `stepz`, expected one of `steps`, `freeze`, `sabotage`",
             "unknown field `stepz`, expected one of `sabotage`, `steps`, `freeze`",
         ] {
-            let told = problem("train", unknown);
+            let printed = problem("train", unknown);
             assert!(
-                told.contains("expected one of `steps`, `freeze`;"),
-                "{told}"
+                printed.contains("expected one of `steps`, `freeze`;"),
+                "{printed}"
             );
         }
         let elsewhere = problem("train", "unknown field `theta_deg`, expected `steps`");

@@ -125,7 +125,7 @@ pub(crate) enum Emit {
     Labels,
     /// The mesh with all labels.
     Carrier,
-    /// Sampled points with normals and labels, by the settings of `sample`.
+    /// Sampled points with normals and labels, with the settings of `[sample]`.
     Points,
 }
 
@@ -133,9 +133,9 @@ pub(crate) enum Emit {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum NormalConfig {
-    /// The triangle's.
+    /// The normal of the triangle.
     Triangle,
-    /// The true surface's.
+    /// The normal of the true surface.
     Analytic,
 }
 
@@ -404,7 +404,7 @@ mod tests {
     }
 
     #[test]
-    fn supervisions_are_references_unless_they_are_told_not_to_be() {
+    fn supervisions_are_references_unless_the_config_says_otherwise() {
         let arms = r#"compare.supervision=["brep-face","step-parts"]"#;
         let both = ["step-parts", "brep-face"];
         check(&[arms], &both, &both);

@@ -262,7 +262,7 @@ fn differences(input: &TableInput<'_>, scores: &ShapeScores<'_>) -> String {
             String::new(),
         ]);
         for pair in pairs(input.arms) {
-            let apart = scores.between_arms(pair, metric.name);
+            let gap = scores.between_arms(pair, metric.name);
             let [a, b] = pair.map(|arm| scores.of_shapes(arm, metric.name));
             let signed: Vec<f64> = a
                 .iter()
@@ -273,7 +273,7 @@ fn differences(input: &TableInput<'_>, scores: &ShapeScores<'_>) -> String {
             rows.push(vec![
                 metric.heading.to_owned(),
                 format!("`{}` − `{}`", pair[0], pair[1]),
-                text(&apart),
+                text(&gap),
                 format!("{:+.4} ± {error:.4}", mean(&signed)),
             ]);
         }

@@ -57,7 +57,7 @@ impl ChangedInputs {
     ///
     /// # Errors
     /// If the user stops the program.
-    pub(super) fn among(records: &[FileRecord], comparison: &Comparison<'_>) -> Result<Self> {
+    pub(super) fn find(records: &[FileRecord], comparison: &Comparison<'_>) -> Result<Self> {
         let is_read = |record: &&FileRecord| {
             record.position == 0
                 && record

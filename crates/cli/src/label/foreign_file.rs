@@ -11,7 +11,7 @@ const OTHER_MESH: &str =
 /// The advice for files of CAD programs.
 const CAD: &str = "open it in a CAD program and export STEP (AP214 or AP242)";
 /// The message for carriers and point samples.
-const OURS: &str =
+const ALREADY_LABELED: &str =
     "it is labeled already; `render`, `export` and `sample` read data sets and carriers";
 
 /// Endings, the description of such a file, and the advice.
@@ -26,7 +26,7 @@ const KNOWN: [(&[&str], &str, &str); 20] = [
         "a scene of meshes",
         OTHER_MESH,
     ),
-    (&["npz"], "a NumPy archive", OURS),
+    (&["npz"], "a NumPy archive", ALREADY_LABELED),
     (
         &["stpx", "stpxz"],
         "STEP-XML, which is not read",

@@ -5,9 +5,9 @@ use super::foreign_file::{foreign_by_content, foreign_by_name};
 use super::found::{Found, FoundItem};
 use super::input_bytes::is_given;
 use super::list_file::{ListText, looks_like_list};
-use super::shape_id::{Argument, SKIPPED_MARK, argument_name, named, take_out_repetitions};
+use super::shape_id::{Argument, SKIPPED_MARK, argument_name, named, remove_repeated_paths};
 use super::step_text::{begins_as_step, special_kind};
-use super::walk::{Problem, Wanted, walk};
+use super::walk::{Problem, WalkTarget, walk};
 use crate::usage::UsageError;
 use anyhow::{Context, Result, ensure};
 use partprobe_dataset::IndexEntry;
@@ -92,12 +92,12 @@ pub(crate) fn input_files(paths: &[PathBuf], lists: &[PathBuf]) -> Result<InputL
         .iter()
         .map(|list| Ok((list, ListText::read(list)?)))
         .collect::<Result<_>>()?;
-    let mut of_step = found_in_all(paths, &lists, Wanted::Step)?;
+    let mut of_step = found_in_all(paths, &lists, WalkTarget::Step)?;
     if of_step.found.iter().any(Found::is_of_step) {
         of_step.found.iter_mut().for_each(Found::add_next_to_step);
         return listed(of_step);
     }
-    let given = found_in_all(paths, &lists, Wanted::Given)?;
+    let given = found_in_all(paths, &lists, WalkTarget::Given)?;
     let has_files = given
         .found
         .iter()
@@ -114,7 +114,7 @@ struct FoundInAll {
 fn found_in_all(
     paths: &[PathBuf],
     lists: &[(&PathBuf, ListText)],
-    wanted: Wanted,
+    wanted: WalkTarget,
 ) -> Result<FoundInAll> {
     let mut arguments = Vec::new();
     let mut found = Vec::new();
@@ -137,7 +137,7 @@ fn listed(
         mut found,
     }: FoundInAll,
 ) -> Result<InputList> {
-    let repeated = take_out_repetitions(&arguments, &mut found);
+    let repeated = remove_repeated_paths(&arguments, &mut found);
     let mut sources = InputList {
         repeated,
         ..InputList::default()
@@ -175,11 +175,11 @@ fn found_in_argument(
     path: &Path,
     argument: usize,
     arguments: &mut [Argument],
-    wanted: Wanted,
+    wanted: WalkTarget,
 ) -> Result<Vec<Found>> {
     let metadata = match fs::metadata(path) {
         Ok(metadata) => metadata,
-        Err(error) => return Err(UsageError(not_there(path, &error)).into()),
+        Err(error) => return Err(UsageError(missing_path_message(path, &error)).into()),
     };
     if metadata.is_dir() {
         return Ok(found_in_folder(path, argument, Path::new(""), wanted));
@@ -200,7 +200,7 @@ fn found_in_argument(
     }])
 }
 
-fn not_there(path: &Path, error: &io::Error) -> String {
+fn missing_path_message(path: &Path, error: &io::Error) -> String {
     let path_text = path.display();
     match error.kind() {
         io::ErrorKind::NotFound if path.is_symlink() => {
@@ -216,14 +216,14 @@ fn not_there(path: &Path, error: &io::Error) -> String {
 }
 
 /// The paths that a walk finds. `below` is the name of the folder in its list.
-fn found_in_folder(folder: &Path, argument: usize, below: &Path, wanted: Wanted) -> Vec<Found> {
+fn found_in_folder(folder: &Path, argument: usize, below: &Path, wanted: WalkTarget) -> Vec<Found> {
     let walked = walk(folder, wanted);
     let mut found = Vec::new();
     for item in walked.found {
         let below = below.join(item.path.strip_prefix(folder).unwrap_or(&item.path));
         let what = item
             .problem
-            .map_or_else(|| what_by_name(&item.path), FoundItem::Unread);
+            .map_or_else(|| kind_by_name(&item.path), FoundItem::Unread);
         found.push(Found {
             argument,
             path: item.path,
@@ -246,7 +246,7 @@ fn found_in_folder(folder: &Path, argument: usize, below: &Path, wanted: Wanted)
 }
 
 /// The kind of a file whose name is that of STEP or an archive. The content determines the kind of archive.
-fn what_by_name(path: &Path) -> FoundItem {
+fn kind_by_name(path: &Path) -> FoundItem {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let is_archive = ArchiveKind::of_name(&name).is_some();
     if step_stem(&name).is_some() || (is_given_name(&name) && !is_archive) {
@@ -273,7 +273,7 @@ enum ArgumentKind {
 }
 
 /// Determines the kind of an explicitly named path by its name and content. The path must exist and must not be a folder.
-fn classified(path: &Path, wanted: Wanted) -> Result<ArgumentKind> {
+fn classified(path: &Path, wanted: WalkTarget) -> Result<ArgumentKind> {
     let metadata = fs::metadata(path).with_context(|| format!("reading {}", path.display()))?;
     if let Some(kind) = special_kind(&metadata) {
         let advice = if kind == "a named pipe" {
@@ -287,7 +287,7 @@ fn classified(path: &Path, wanted: Wanted) -> Result<ArgumentKind> {
     }
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     if step_stem(&name).is_some() || ArchiveKind::of_name(&name).is_some() {
-        return Ok(ArgumentKind::Item(what_by_name(path)));
+        return Ok(ArgumentKind::Item(kind_by_name(path)));
     }
     let start = match start_of(path) {
         Ok(start) => start,
@@ -302,7 +302,7 @@ fn classified(path: &Path, wanted: Wanted) -> Result<ArgumentKind> {
             reason,
         ))))
     };
-    if begins_as_step(&start) || (wanted == Wanted::Given && is_given(&name, &start)) {
+    if begins_as_step(&start) || (wanted == WalkTarget::Given && is_given(&name, &start)) {
         return Ok(ArgumentKind::Item(FoundItem::File(None)));
     }
     if let Some(reason) = foreign_by_name(&name) {
@@ -332,7 +332,7 @@ fn start_of(path: &Path) -> io::Result<Vec<u8>> {
 }
 
 /// The files of a list, relative to the current folder or otherwise to the folder of the list.
-fn found_in_list(list: &Path, argument: usize, text: &ListText, wanted: Wanted) -> Vec<Found> {
+fn found_in_list(list: &Path, argument: usize, text: &ListText, wanted: WalkTarget) -> Vec<Found> {
     let mut found = Vec::new();
     for line in text.paths() {
         let path = ListText::resolved(list, &line);
@@ -504,7 +504,7 @@ mod tests {
     }
 
     #[test]
-    fn arguments_of_one_name_keep_the_folders_that_tell_them_apart() {
+    fn arguments_of_one_name_keep_the_folders_that_distinguish_them() {
         let folder = tempfile::tempdir().unwrap();
         for name in ["p/s/x.step", "q/s/x.step", "q/s/y.step"] {
             fs::create_dir_all(folder.path().join(name).parent().unwrap()).unwrap();
@@ -538,7 +538,7 @@ mod tests {
     }
 
     #[test]
-    fn a_flat_name_and_a_folder_that_give_one_id_are_told_apart_by_a_hash() {
+    fn a_flat_name_and_a_folder_with_the_same_id_are_distinguished_by_a_hash() {
         let folder = tempfile::tempdir().unwrap();
         fs::create_dir_all(folder.path().join("d/a")).unwrap();
         fs::write(folder.path().join("d/a/b.step"), "").unwrap();
@@ -553,7 +553,7 @@ mod tests {
     }
 
     #[test]
-    fn files_that_are_not_read_next_to_step_files_are_told_from_those_that_never_are() {
+    fn files_that_are_skipped_next_to_step_files_are_distinguished_from_unknown_files() {
         let folder = tempfile::tempdir().unwrap();
         for name in ["d/a.step", "d/b.obj", "d/c.pdf"] {
             fs::create_dir_all(folder.path().join(name).parent().unwrap()).unwrap();
@@ -576,7 +576,7 @@ mod tests {
     }
 
     #[test]
-    fn content_tells_lists_from_step_and_from_the_rest() {
+    fn content_distinguishes_lists_step_files_and_other_files() {
         check(
             &[("part.dat", "/* by hand */ ISO-10303-21;")],
             &["part.dat"],

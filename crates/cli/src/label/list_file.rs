@@ -2,7 +2,7 @@
 //! UTF-8. `#` begins a comment line.
 
 use super::path_text::{name_text, path_of_bytes};
-use super::walk::is_wanted;
+use super::walk::is_step_or_archive;
 use crate::usage::UsageError;
 use anyhow::{Context, Result, ensure};
 use std::fs;
@@ -46,9 +46,9 @@ impl ListText {
 
     /// The path of a line, relative to the current folder, or otherwise to the folder of the list.
     pub(super) fn resolved(list: &Path, line: &Path) -> PathBuf {
-        let beside = list.parent().unwrap_or(Path::new("")).join(line);
-        if !line.exists() && beside.exists() {
-            beside
+        let sibling = list.parent().unwrap_or(Path::new("")).join(line);
+        if !line.exists() && sibling.exists() {
+            sibling
         } else {
             line.to_owned()
         }
@@ -80,7 +80,7 @@ pub(super) fn looks_like_list(list: &Path, start: &[u8]) -> bool {
         let path = path_of_bytes(line);
         let has_wanted_name = path
             .file_name()
-            .is_some_and(|name| is_wanted(&name_text(name)));
+            .is_some_and(|name| is_step_or_archive(&name_text(name)));
         has_wanted_name || ListText::resolved(list, &path).exists()
     };
     let lines: Vec<&[u8]> = lines_of(start).take(MAX_LOOKED_AT).collect();
@@ -93,7 +93,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn lists_are_told_from_other_texts() {
+    fn lists_are_distinguished_from_other_texts() {
         let list = Path::new("l.txt");
         for text in [
             "a.step\nb.stp\n",

@@ -53,7 +53,7 @@ impl ExpectedFiles {
                 .ok()
                 .and_then(|source| listed_names(kind, BufReader::new(source)))
             {
-                Some(names) => expected.n_files += n_held(file, &names, is_held),
+                Some(names) => expected.n_files += n_members_in_share(file, &names, is_held),
                 None => expected.has_more = true,
             }
         }
@@ -62,7 +62,11 @@ impl ExpectedFiles {
 }
 
 /// The number of STEP members in a share. It uses the shortest ids, also for members whose ids must be longer.
-fn n_held(archive: &InputFile, names: &[String], is_held: impl Fn(&str) -> bool) -> u64 {
+fn n_members_in_share(
+    archive: &InputFile,
+    names: &[String],
+    is_held: impl Fn(&str) -> bool,
+) -> u64 {
     let steps = names.iter().filter(|name| is_step(name));
     steps
         .filter(|name| is_held(&id_of(&member_components(archive, name), IdForm::Stem)))
@@ -323,7 +327,7 @@ impl Producer<'_> {
         let (name, content) = match content {
             Ok(usable) => usable,
             Err(refusal) => {
-                if is_step(&given_name) || is_about_the_name(&refusal) {
+                if is_step(&given_name) || concerns_name(&refusal) {
                     self.refuse(archive, position, &given_name, refusal_outcome(&refusal))?;
                 } else {
                     walking.other_endings.add(&given_name);
@@ -339,7 +343,7 @@ impl Producer<'_> {
         let is_first = walking.names.insert(&name);
         let Some(id) = is_first.then(|| walking.take_id(&name, taken)).flatten() else {
             let reason =
-                "another member of the archive has the same name, and which is meant cannot be told".to_owned();
+                "another member of the archive has the same name, so it is not clear which one is meant".to_owned();
             self.refuse(archive, position, &given_name, (Status::Refused, reason))?;
             return Ok(true);
         };
@@ -414,7 +418,7 @@ fn is_step(name: &str) -> bool {
 }
 
 /// Whether a refusal is about the name. Such members are reported for any content.
-fn is_about_the_name(refusal: &Refusal) -> bool {
+fn concerns_name(refusal: &Refusal) -> bool {
     matches!(refusal, Refusal::UnsafeName(_) | Refusal::Nested)
 }
 

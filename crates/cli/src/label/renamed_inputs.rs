@@ -21,7 +21,7 @@ pub(super) struct RenamedInputs {
 impl RenamedInputs {
     /// Compares the inputs with the records. An unfinished batch has no records of its later inputs, so none of them is
     /// considered new.
-    pub(super) fn among(records: &[FileRecord], files: &[InputFile], is_finished: bool) -> Self {
+    pub(super) fn find(records: &[FileRecord], files: &[InputFile], is_finished: bool) -> Self {
         let is_read = |record: &&FileRecord| {
             record
                 .entries
@@ -106,12 +106,12 @@ mod tests {
             archive: None,
         };
         let files: Vec<InputFile> = names.iter().map(file).collect();
-        let renamed = RenamedInputs::among(&records, &files, is_finished);
+        let renamed = RenamedInputs::find(&records, &files, is_finished);
         assert_eq!(renamed.named(), expected);
     }
 
     #[test]
-    fn new_and_missing_names_are_told_and_members_belong_to_their_archive() {
+    fn new_and_missing_names_are_listed_and_members_belong_to_their_archive() {
         check(&["s/a", "s/b"], &["s/a", "s/b"], true, &[]);
         check(&["s/a"], &["s/b"], true, &["new: s/b", "missing: s/a"]);
         check(&["s/a"], &["s/b"], false, &["missing: s/a"]);

@@ -95,7 +95,10 @@ pub(super) fn named<'a>(
 /// Two paths are equal if they name the same entry of the same folder, even if they are written differently. A link is a separate
 /// entry. The path that was found deepest below its argument is kept, and of several such paths the shortest one, so the order of
 /// the arguments does not matter.
-pub(super) fn take_out_repetitions(arguments: &[Argument], found: &mut Vec<Found>) -> Vec<PathBuf> {
+pub(super) fn remove_repeated_paths(
+    arguments: &[Argument],
+    found: &mut Vec<Found>,
+) -> Vec<PathBuf> {
     let mut folders = BTreeMap::new();
     let mut groups: BTreeMap<PathBuf, Vec<usize>> = BTreeMap::new();
     for (position, item) in found.iter().enumerate() {
@@ -325,7 +328,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn long_ids_are_cut_and_stay_apart() {
+    fn long_ids_are_cut_and_stay_different() {
         let (a, b) = ("ä".repeat(200), format!("{}x", "ä".repeat(200)));
         assert!(shortened(&a).len() <= MAX_ID_BYTES && shortened(&a) != shortened(&b));
         assert_eq!(shortened("short"), "short");

@@ -85,7 +85,7 @@ fn resumed(
     };
     let differences = match retried {
         [] => settings.differences(&known),
-        _ => settings.differences_but_raised_budgets(&known),
+        _ => settings.differences_except_raised_budgets(&known),
     };
     if !differences.is_empty() {
         let has_other_inputs = settings.inputs != known.inputs;
@@ -94,10 +94,10 @@ fn resumed(
         } else {
             Vec::new()
         };
-        bail!(begun_otherwise(out, &differences, &changes));
+        bail!(resume_error(out, &differences, &changes));
     }
 
-    let changed = ChangedInputs::among(&records, &comparison)?;
+    let changed = ChangedInputs::find(&records, &comparison)?;
     let damaged = if is_finished {
         damaged_shapes(&Dataset::open_any(out)?)
     } else {
@@ -134,8 +134,8 @@ fn input_changes(
 ) -> Result<Vec<String>> {
     // A share only has records of its own files.
     let has_all_records = is_finished && comparison.shard.is_none();
-    let mut changes = RenamedInputs::among(records, comparison.files, has_all_records).named();
-    let changed = ChangedInputs::among(records, comparison)?;
+    let mut changes = RenamedInputs::find(records, comparison.files, has_all_records).named();
+    let changed = ChangedInputs::find(records, comparison)?;
     if !changed.is_empty() {
         changes.push(format!("edited: {}", changed.named()));
     }
@@ -143,7 +143,7 @@ fn input_changes(
 }
 
 /// The reason why a data set cannot be resumed with these settings and inputs.
-fn begun_otherwise(out: &Path, differences: &[String], changes: &[String]) -> UsageError {
+fn resume_error(out: &Path, differences: &[String], changes: &[String]) -> UsageError {
     let changes = match changes {
         [] => String::new(),
         _ => format!(" ({})", changes.join("; ")),
@@ -162,7 +162,7 @@ fn forget(out: &Path, repeated: &[FileRecord], kept: Vec<FileRecord>) -> Result<
     for stale in [INDEX_FILE, TIMING_FILE]
         .map(str::to_owned)
         .into_iter()
-        .chain(written_for(repeated))
+        .chain(files_of_records(repeated))
     {
         remove_if_there(&out.join(stale))?;
     }
@@ -205,7 +205,7 @@ fn warn_of_damaged(reasons: &BTreeMap<String, String>) {
     }
 }
 
-fn written_for(records: &[FileRecord]) -> impl Iterator<Item = String> {
+fn files_of_records(records: &[FileRecord]) -> impl Iterator<Item = String> {
     records
         .iter()
         .flat_map(|record| &record.written)
@@ -263,7 +263,10 @@ fn remove_dataset(out: &Path, files: &[InputFile]) -> Result<()> {
             file.path.display()
         )));
     }
-    if let Some(path) = files_below(out)?.iter().find(|path| !is_ours(path)) {
+    if let Some(path) = files_below(out)?
+        .iter()
+        .find(|path| !belongs_to_data_set(path))
+    {
         bail!(UsageError(format!(
             "{} was not written by `label`, so --force removes nothing",
             path.display()
@@ -274,7 +277,7 @@ fn remove_dataset(out: &Path, files: &[InputFile]) -> Result<()> {
 }
 
 /// Whether a file belongs to a data set, finished or not.
-fn is_ours(path: &Path) -> bool {
+fn belongs_to_data_set(path: &Path) -> bool {
     let name = path
         .file_name()
         .map(|name| name.to_string_lossy().into_owned())

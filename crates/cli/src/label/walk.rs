@@ -17,17 +17,17 @@ use std::path::{Path, PathBuf};
 
 /// The kind of files that a walk finds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Wanted {
+pub(super) enum WalkTarget {
     /// STEP files and archives of them.
     Step,
     /// Meshes and point clouds.
     Given,
 }
 
-impl Wanted {
+impl WalkTarget {
     fn accepts(self, path: &Path, name: &str) -> bool {
         match self {
-            Self::Step => is_wanted(name),
+            Self::Step => is_step_or_archive(name),
             Self::Given => is_given_name(name) && is_given(name, &start_of(path)),
         }
     }
@@ -91,7 +91,7 @@ impl Problem {
 }
 
 /// Walks a folder, sorted by path. Links to folders are not followed, because they may form cycles.
-pub(super) fn walk(root: &Path, wanted: Wanted) -> FolderContent {
+pub(super) fn walk(root: &Path, wanted: WalkTarget) -> FolderContent {
     let mut walked = FolderContent::default();
     let mut others = Vec::new();
     let mut open = vec![root.to_owned()];
@@ -148,7 +148,7 @@ impl FolderContent {
     }
 
     /// Adds an entry that is not a folder, or returns the path of a file that is not wanted.
-    fn add(&mut self, wanted: Wanted, entry: &DirEntry) -> Option<PathBuf> {
+    fn add(&mut self, wanted: WalkTarget, entry: &DirEntry) -> Option<PathBuf> {
         let path = entry.path();
         let name = name_text(&entry.file_name());
         let problem = match entry.file_type() {
@@ -176,7 +176,7 @@ impl FolderContent {
 }
 
 /// Whether the name has an ending of STEP or of an archive.
-pub(super) fn is_wanted(name: &str) -> bool {
+pub(super) fn is_step_or_archive(name: &str) -> bool {
     step_stem(name).is_some() || ArchiveKind::of_name(name).is_some()
 }
 
@@ -185,9 +185,9 @@ fn not_a_file(kind: &str) -> Problem {
 }
 
 /// The reason why the target of a link is not read. Returns `None` if it is a file.
-fn link_problem(path: &Path, is_wanted: bool) -> Option<Problem> {
+fn link_problem(path: &Path, is_target: bool) -> Option<Problem> {
     let cannot = |reason: String| {
-        if is_wanted {
+        if is_target {
             Problem::failed(reason)
         } else {
             Problem::skipped(reason)

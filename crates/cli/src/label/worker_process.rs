@@ -293,7 +293,7 @@ mod tests {
     }
 
     #[test]
-    fn the_end_of_a_worker_is_told() {
+    fn the_end_of_a_worker_is_described() {
         // Each script reads its input first. So it does not end while the test writes to it.
         check(
             "head -c 100 > /dev/null; kill -ABRT $$",

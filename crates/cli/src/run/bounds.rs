@@ -4,7 +4,7 @@
 //! `growing-20` is not better than plain geometry, and no network can be better than `token-ceiling`.
 
 use super::evaluation::{clusters_array, member_name, score_columns, score_row};
-use super::scoring_place::ScoringPlace;
+use super::scoring_context::ScoringContext;
 use super::shapes::Shape;
 use crate::config::{ClustererName, Config};
 use crate::progress::Progress;
@@ -56,7 +56,7 @@ pub(super) fn bound_names(config: &Config) -> Vec<String> {
 /// # Errors
 /// If a shape cannot be divided into tokens, clustered or scored, or a file cannot be written.
 pub(super) fn bounds(
-    place: &ScoringPlace<'_>,
+    context: &ScoringContext<'_>,
     shapes: &[&Shape],
     progress: &Progress,
 ) -> Result<Vec<ScoreRow>> {
@@ -64,7 +64,7 @@ pub(super) fn bounds(
     let rows: Vec<Vec<ScoreRow>> = shapes
         .par_iter()
         .map(|shape| {
-            let rows = bounds_of_shape(place, shape);
+            let rows = bounds_of_shape(context, shape);
             bar.inc(1);
             rows.with_context(|| format!("scoring shape {}", shape.id))
         })
@@ -73,17 +73,17 @@ pub(super) fn bounds(
     Ok(rows.concat())
 }
 
-fn bounds_of_shape(place: &ScoringPlace<'_>, shape: &Shape) -> Result<Vec<ScoreRow>> {
-    let config = place.config;
+fn bounds_of_shape(context: &ScoringContext<'_>, shape: &Shape) -> Result<Vec<ScoreRow>> {
+    let config = context.config;
     let bounded = BoundedShape::new(shape, config)?;
     let columns = score_columns(config);
     let seed = config.compare.seeds[0];
     let mut rows = Vec::new();
     let mut files: BTreeMap<String, Vec<(String, Array)>> = BTreeMap::new();
-    for reference in &place.references {
+    for reference in &context.references {
         let labels = shape.labels_by(reference)?;
         let without_clusterer = bounded.predictions(reference, config)?;
-        let near_boundary = place.boundaries.of(&shape.id, reference);
+        let near_boundary = context.boundaries.of(&shape.id, reference);
         for (idx, column) in columns.iter().enumerate() {
             let perfect = bounded.perfect(labels, column.clusterer, config)?;
             for (name, predicted) in without_clusterer.iter().chain([&perfect]) {
@@ -102,7 +102,7 @@ fn bounds_of_shape(place: &ScoringPlace<'_>, shape: &Shape) -> Result<Vec<ScoreR
         }
     }
     for (name, members) in files {
-        place.write_predictions(&format!("{name}-{seed}/{}", shape.id), members)?;
+        context.write_predictions(&format!("{name}-{seed}/{}", shape.id), members)?;
     }
     Ok(rows)
 }

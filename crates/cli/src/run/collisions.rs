@@ -137,7 +137,7 @@ mod tests {
     }
 
     #[test]
-    fn the_share_is_counted_by_source_and_told_by_split() {
+    fn the_share_is_counted_by_source_and_reported_by_split() {
         let (sample, labels) = plate();
         let count = |voxels| {
             SplitCollisions::of(1, 50, voxels, |_| Ok((Cow::Borrowed(&sample), &labels))).unwrap()

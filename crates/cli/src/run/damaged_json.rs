@@ -25,7 +25,7 @@ mod tests {
     use std::collections::BTreeMap;
 
     #[test]
-    fn the_place_and_the_reason_are_named() {
+    fn the_position_and_the_reason_are_named() {
         for (text, expected) in [
             (
                 "",
@@ -45,8 +45,8 @@ mod tests {
             ),
         ] {
             let error = serde_json::from_str::<BTreeMap<String, Vec<u32>>>(text).unwrap_err();
-            let told = damaged_json(Path::new("x.json"), &error, "put it back");
-            assert!(told.ends_with(expected), "{told}");
+            let message = damaged_json(Path::new("x.json"), &error, "put it back");
+            assert!(message.ends_with(expected), "{message}");
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Compares the settings with which a data set was labeled and those of a config: a run records the former, and a config with
 //! different settings is refused.
 
-use crate::config::{LoadedConfig, stated_table, with_table};
+use crate::config::{LoadedConfig, explicit_table, with_table};
 use crate::dataset_settings::NEUTRAL_LABEL_KEYS;
 use crate::usage::UsageError;
 use anyhow::{Context, Result, ensure};
@@ -56,8 +56,8 @@ fn with_settings_of(
     set: &[String],
 ) -> Result<LoadedConfig> {
     let label = label_settings_of(data)?;
-    let stated = stated_table(name_or_path, set, "label")?;
-    refuse_others(data, loaded, &label, |key| stated.contains_key(key))?;
+    let explicit = explicit_table(name_or_path, set, "label")?;
+    refuse_others(data, loaded, &label, |key| explicit.contains_key(key))?;
     with_table(loaded, "label", &label)
 }
 
@@ -135,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn defaults_give_way_and_what_was_said_does_not() {
+    fn defaults_are_replaced_and_explicit_values_are_not() {
         let twelve = [("theta_deg", Value::from(12.0))];
         assert_eq!(adopted(&twelve, &[]).unwrap().config.label.theta_deg, 12.0);
         assert_eq!(
@@ -146,17 +146,18 @@ mod tests {
                 .theta_deg,
             12.0
         );
-        let told = adopted(&twelve, &["label.theta_deg=8"]).unwrap_err();
-        assert!(told.is::<UsageError>());
+        let message = adopted(&twelve, &["label.theta_deg=8"]).unwrap_err();
+        assert!(message.is::<UsageError>());
         assert!(
-            told.to_string()
+            message
+                .to_string()
                 .contains("label.theta_deg is 8.0 in the config and 12.0 in the data set"),
-            "{told}"
+            "{message}"
         );
     }
 
     #[test]
-    fn budgets_decide_nothing() {
+    fn a_budget_that_differs_is_ignored() {
         let adopted = adopted(&[("watchdog_s", Value::from(7))], &["label.watchdog_s=9"]).unwrap();
         assert_eq!(adopted.config.label.watchdog_s, 7);
     }
@@ -164,10 +165,10 @@ mod tests {
     #[test]
     fn a_folder_without_settings_is_not_a_data_set() {
         let folder = tempfile::tempdir().unwrap();
-        let told = format!("{:#}", settings_of(folder.path()).unwrap_err());
+        let message = format!("{:#}", settings_of(folder.path()).unwrap_err());
         assert!(
-            told.contains("dataset.json") && told.contains("label again"),
-            "{told}"
+            message.contains("dataset.json") && message.contains("label again"),
+            "{message}"
         );
     }
 

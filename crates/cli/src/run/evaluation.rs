@@ -2,7 +2,7 @@
 
 use super::folder::RunFolder;
 use super::page::face_members;
-use super::scoring_place::ScoringPlace;
+use super::scoring_context::ScoringContext;
 use super::shapes::Shape;
 use crate::config::{ClustererName, Config, EvalConfig};
 use crate::progress::Progress;
@@ -186,7 +186,7 @@ pub(crate) fn write_test_shapes(
 ///
 /// Rows come in the order of the shapes, then of the references.
 pub(crate) fn evaluate(
-    place: &ScoringPlace<'_>,
+    context: &ScoringContext<'_>,
     model: &ScoredModel<'_>,
     shapes: &[&Shape],
     progress: &Progress,
@@ -198,7 +198,7 @@ pub(crate) fn evaluate(
     let rows: Vec<Vec<ScoreRow>> = shapes
         .par_iter()
         .map(|shape| {
-            let rows = evaluate_shape(place, model, shape);
+            let rows = evaluate_shape(context, model, shape);
             bar.inc(1);
             rows.with_context(|| format!("scoring shape {}", shape.id))
         })
@@ -208,11 +208,11 @@ pub(crate) fn evaluate(
 }
 
 fn evaluate_shape(
-    place: &ScoringPlace<'_>,
+    context: &ScoringContext<'_>,
     model: &ScoredModel<'_>,
     shape: &Shape,
 ) -> Result<Vec<ScoreRow>> {
-    let config = place.config;
+    let config = context.config;
     let (tokens, raw) = model.embedder.embed(&shape.sample, &config.tokens)?;
     let refine = config.net.refine.as_ref();
     let refined = refine
@@ -226,7 +226,7 @@ fn evaluate_shape(
 
     let mut members: Vec<(String, Array)> = Vec::new();
     let mut rows = Vec::new();
-    for reference in &place.references {
+    for reference in &context.references {
         let labels = shape.labels_by(reference)?;
         let of_tokens = &tokens.token_of_point;
         let gtc = Some(gtc(&raw.rows, of_tokens, labels)?);
@@ -258,7 +258,7 @@ fn evaluate_shape(
                 gtc,
                 split_gtc,
                 best_cut_ari,
-                near_boundary: place.boundaries.of(&shape.id, reference),
+                near_boundary: context.boundaries.of(&shape.id, reference),
                 ..clusters
             };
             let names = (model.supervision, model.seed);
@@ -268,9 +268,9 @@ fn evaluate_shape(
         }
     }
     let name = format!("{}-{}/{}", model.supervision, model.seed, shape.id);
-    place.write_predictions(&name, members)?;
+    context.write_predictions(&name, members)?;
     if config.eval.embeddings {
-        place.write_embeddings(&name, &tokens, &raw.rows)?;
+        context.write_embeddings(&name, &tokens, &raw.rows)?;
     }
     Ok(rows)
 }

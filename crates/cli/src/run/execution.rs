@@ -7,16 +7,17 @@ use crate::usage::UsageError;
 use anyhow::{Context, Result};
 use partprobe_net::Backend;
 
-/// How a run is executed; nothing here changes its numbers, but for the last digits of another backend.
+/// How a run is executed. Nothing here changes its numbers, except that backends differ in the last digits.
 #[derive(Clone, Debug, clap::Args)]
 pub(crate) struct ExecutionArgs {
-    /// Set a key of the config to another value; may be given several times. `partprobe config show base` lists the keys.
+    /// Set a key of the config to another value; can be given several times. `partprobe config show base` lists the keys.
     #[arg(long, value_name = "KEY=VALUE")]
     pub(crate) set: Vec<String>,
-    /// Threads; all cores if not given. The results do not depend on it.
+    /// The number of threads; one per core if not given. The results do not depend on it.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: Option<u16>,
-    /// The implementation of tensor operations. All but `flex` must be built in: `cargo build --release --features cuda`.
+    /// The implementation of tensor operations. Backends other than `flex` must be built in, for example with `cargo build
+    /// --release --features cuda`.
     #[arg(long, value_enum, default_value_t = BackendArg::Flex)]
     backend: BackendArg,
 }
@@ -24,9 +25,9 @@ pub(crate) struct ExecutionArgs {
 /// The backends that a user can choose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 enum BackendArg {
-    /// burn-flex: the fast one.
+    /// burn-flex, the fast backend for CPUs.
     Flex,
-    /// burn-ndarray: the portable cross-check.
+    /// burn-ndarray, a portable backend for cross-checks.
     Ndarray,
     /// A GPU through Vulkan, Metal, DirectX or WebGPU.
     Wgpu,

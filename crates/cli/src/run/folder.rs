@@ -101,7 +101,7 @@ impl RunFolder {
     ///
     /// # Errors
     /// If it holds no `config.toml`.
-    pub(crate) fn to_read(root: &Path) -> Result<Self> {
+    pub(crate) fn open_read_only(root: &Path) -> Result<Self> {
         ensure_is_run(root)?;
         Ok(Self {
             root: root.to_owned(),
@@ -310,7 +310,7 @@ mod tests {
     use crate::config::load;
 
     #[test]
-    fn two_at_once_are_refused_and_a_lock_of_the_dead_is_not_in_the_way() {
+    fn two_at_once_are_refused_and_a_lock_of_a_dead_process_does_not_block() {
         let parent = tempfile::tempdir().unwrap();
         let root = parent.path().join("run");
         let config = load("smoke", &[]).unwrap().merged;
@@ -319,11 +319,13 @@ mod tests {
             RunFolder::open(&root, &config, true),
             RunFolder::existing(&root),
         ] {
-            let told = second.unwrap_err();
+            let message = second.unwrap_err();
             assert!(
-                told.is::<UsageError>()
-                    && told.to_string().contains("another partprobe is working in"),
-                "{told}"
+                message.is::<UsageError>()
+                    && message
+                        .to_string()
+                        .contains("another partprobe is working in"),
+                "{message}"
             );
         }
         drop(first);
@@ -336,8 +338,11 @@ mod tests {
         // The cases are a split, trainings without their split, and the fits of an implicit probe, which has no split.
         for result in ["split.json", "checkpoints", "fits"] {
             fs::create_dir(root.join(result)).unwrap();
-            let told = RunFolder::open(&root, &config, false).unwrap_err();
-            assert!(told.to_string().contains("--resume"), "{result}: {told}");
+            let message = RunFolder::open(&root, &config, false).unwrap_err();
+            assert!(
+                message.to_string().contains("--resume"),
+                "{result}: {message}"
+            );
             fs::remove_dir(root.join(result)).unwrap();
         }
 
@@ -353,19 +358,19 @@ mod tests {
         let root = tempfile::tempdir().unwrap();
         let config = |set: &str| load("smoke", &[set.to_owned()]).unwrap().merged;
         drop(RunFolder::open(root.path(), &config("train.steps=3"), false).unwrap());
-        let told = RunFolder::open(root.path(), &config("train.steps=4"), true).unwrap_err();
-        let told = format!("{told:#}");
-        assert!(told.contains("train.steps is 3, not 4"), "{told}");
+        let message = RunFolder::open(root.path(), &config("train.steps=4"), true).unwrap_err();
+        let message = format!("{message:#}");
+        assert!(message.contains("train.steps is 3, not 4"), "{message}");
         assert!(
-            told.contains("must give all former updates the same learning rate"),
-            "{told}"
+            message.contains("must give all former updates the same learning rate"),
+            "{message}"
         );
-        assert!(told.contains("--init"), "{told}");
+        assert!(message.contains("--init"), "{message}");
         assert!(RunFolder::open(root.path(), &config("train.steps=3"), true).is_ok());
     }
 
     #[test]
-    fn tables_of_a_shorter_training_do_not_stand_beside_the_config_of_a_longer_one() {
+    fn tables_of_a_shorter_training_are_not_kept_with_the_config_of_a_longer_one() {
         let root = tempfile::tempdir().unwrap();
         let config = |set: &str| {
             let overrides = [r#"optim.schedule={type="constant"}"#, set].map(str::to_owned);
@@ -387,7 +392,7 @@ mod tests {
     }
 
     #[test]
-    fn an_evaluation_is_forgotten_whole_and_a_training_is_not() {
+    fn an_evaluation_is_removed_completely_and_a_training_is_not() {
         let root = tempfile::tempdir().unwrap();
         let folder =
             RunFolder::open(root.path(), &load("smoke", &[]).unwrap().merged, false).unwrap();

@@ -60,7 +60,9 @@ mod tests {
             .config;
         match (ensure_frozen_parts(&config), expected) {
             (Ok(()), Ok(())) => {}
-            (Err(told), Err(expected)) => assert!(told.to_string().contains(expected), "{told}"),
+            (Err(message), Err(expected)) => {
+                assert!(message.to_string().contains(expected), "{message}")
+            }
             (found, expected) => panic!("{found:?}, expected {expected:?}"),
         }
     }

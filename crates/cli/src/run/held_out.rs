@@ -89,7 +89,7 @@ impl HeldOut<'_> {
         let context = || self.folder.path(&weights).display().to_string();
         let (model, trained_on) = trained_model(self.folder, (supervision, seed), self.backend)?;
         self.ensure_network(&model).with_context(context)?;
-        self.ensure_place(&trained_on, supervision, seed)
+        self.ensure_path_matches(&trained_on, supervision, seed)
             .with_context(context)?;
         self.ensure_unseen(&trained_on).with_context(context)?;
         Ok(model)
@@ -109,7 +109,12 @@ impl HeldOut<'_> {
     }
 
     /// Refuses a backbone that is at the path of another one.
-    fn ensure_place(&self, trained_on: &TrainedOn, supervision: &str, seed: u64) -> Result<()> {
+    fn ensure_path_matches(
+        &self,
+        trained_on: &TrainedOn,
+        supervision: &str,
+        seed: u64,
+    ) -> Result<()> {
         let found = (
             trained_on.supervision.as_str(),
             trained_on.settings.train.seed,

@@ -60,7 +60,7 @@ impl RunRecord {
     /// If it has others, or the file cannot be written.
     pub(crate) fn begin_run(&self, folder: &RunFolder) -> Result<()> {
         if let Some(former) = Self::former(folder)? {
-            self.refuse_other(&former, &["version", "backend", "data"])?;
+            self.refuse_differences(&former, &["version", "backend", "data"])?;
         }
         self.write(folder)
     }
@@ -72,7 +72,7 @@ impl RunRecord {
     /// The same as for [`begin_run`](Self::begin_run).
     pub(crate) fn begin_training(&self, folder: &RunFolder) -> Result<()> {
         match Self::former(folder)? {
-            Some(former) => self.refuse_other(&former, &["version", "backend"]),
+            Some(former) => self.refuse_differences(&former, &["version", "backend"]),
             None => self.write(folder),
         }
     }
@@ -97,7 +97,7 @@ impl RunRecord {
             .map(Some)
     }
 
-    fn refuse_other(&self, former: &Value, keys: &[&str]) -> Result<()> {
+    fn refuse_differences(&self, former: &Value, keys: &[&str]) -> Result<()> {
         let own = serde_json::to_value(self)?;
         let differs = |key: &&&str| own[**key] != former[**key];
         let others: Vec<String> = keys

@@ -100,7 +100,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn source_and_seed_stand_in_the_path() {
+    fn source_and_seed_are_inserted_into_the_path() {
         let path = |pattern| path_of(pattern, "step-parts", 2);
         assert_eq!(path("a/{source}-{seed}/m"), "a/step-parts-2/m");
         assert_eq!(path("a/m"), "a/m");

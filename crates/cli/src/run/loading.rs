@@ -35,7 +35,7 @@ pub(super) struct LoadingPlan<'a> {
 
 impl LoadingPlan<'_> {
     /// The number of shapes that the remaining updates need.
-    fn n_places(&self) -> usize {
+    fn n_needed_shapes(&self) -> usize {
         self.n_steps
             .saturating_sub(self.first_step)
             .saturating_mul(self.update_shapes)
@@ -77,13 +77,13 @@ impl<'a> Order<'a> {
     }
 
     /// The turn at a place, counted from the first remaining update.
-    fn turn(&mut self, place: usize) -> Result<Turn> {
-        let step = self.plan.first_step + place / self.plan.update_shapes;
+    fn turn(&mut self, position: usize) -> Result<Turn> {
+        let step = self.plan.first_step + position / self.plan.update_shapes;
         if self.step != Some(step) {
             self.batch = self.plan.loading.batch(self.plan.shapes.n(), step);
             self.step = Some(step);
         }
-        let idx = self.batch.get(place % self.plan.update_shapes).copied();
+        let idx = self.batch.get(position % self.plan.update_shapes).copied();
         Ok(Turn {
             idx: idx.context("there is no shape to train on")?,
             step,
@@ -141,7 +141,7 @@ impl LoadedBatches<'_> {
         self.n_taken = places.end;
         if self.queues.is_empty() {
             let turns = places
-                .map(|place| self.order.turn(place))
+                .map(|position| self.order.turn(position))
                 .collect::<Result<Vec<Turn>>>()?;
             return turns
                 .into_par_iter()
@@ -149,8 +149,8 @@ impl LoadedBatches<'_> {
                 .collect();
         }
         // A loader ends only after its last shape, or with this program's panic.
-        let take = |place: usize| {
-            self.queues[place % self.queues.len()]
+        let take = |position: usize| {
+            self.queues[position % self.queues.len()]
                 .recv()
                 .context("a loader thread has ended")?
         };
@@ -196,9 +196,9 @@ fn load_all(
     nanoseconds: &AtomicU64,
 ) {
     let mut order = Order::new(plan);
-    for place in (loader..plan.n_places()).step_by(plan.n_loaders) {
+    for position in (loader..plan.n_needed_shapes()).step_by(plan.n_loaders) {
         let loaded = order
-            .turn(place)
+            .turn(position)
             .and_then(|turn| plan.load(turn, nanoseconds));
         if queue.send(loaded).is_err() {
             return;

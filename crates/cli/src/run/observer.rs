@@ -50,7 +50,7 @@ impl<'a> RunObserver<'a> {
         let mut history = History::read(job.folder, &job.path("validations.json"), steps.0)?;
         if steps.0 < steps.1 {
             // A training that is made longer was validated at its former end.
-            history.keep_due(valid_every);
+            history.keep_multiples_of(valid_every);
         }
         Ok(Self {
             job,

@@ -72,8 +72,8 @@ impl Run<'_> {
             summary: &self.data.split_file.selection.to_string(),
         };
 
-        let beside_paper = beside_paper(&tables, self.config);
-        if let Some(text) = &beside_paper {
+        let paper_comparison = paper_comparison(&tables, self.config);
+        if let Some(text) = &paper_comparison {
             folder.write("paper.md", text.as_bytes())?;
         }
         let page = page(folder, self.config, &scores, &FaceSource::Stored)?;
@@ -91,7 +91,7 @@ impl Run<'_> {
 
         Ok(Results {
             tables: tables.to_markdown(),
-            beside_paper,
+            paper_comparison,
             outcomes,
         })
     }
@@ -108,7 +108,7 @@ impl Run<'_> {
         // The choice of the shapes, and the collisions of labels in tokens, were printed on stderr before the training.
         print_result_tables(&results.tables)?;
         endpoints.scored.iter().try_for_each(print_result_tables)?;
-        if let Some(text) = &results.beside_paper {
+        if let Some(text) = &results.paper_comparison {
             print_result_tables(text)?;
         }
         print_result(format_args!("run folder: {}", self.folder.root().display()))?;
@@ -123,20 +123,20 @@ impl Run<'_> {
 /// The written results, for printing.
 pub(crate) struct Results {
     tables: String,
-    beside_paper: Option<String>,
+    paper_comparison: Option<String>,
     outcomes: Vec<ExpectationOutcome>,
 }
 
 /// The paper's probe tables with those of this run, if its first two sources are STEP-Parts and another one, and both are
 /// references.
-fn beside_paper(tables: &Tables, config: &Config) -> Option<String> {
+fn paper_comparison(tables: &Tables, config: &Config) -> Option<String> {
     let [first, second, ..] = config.compare.supervision.as_slice() else {
         return None;
     };
     if first != STEP_PARTS {
         return None;
     }
-    tables.beside_paper([first, second])
+    tables.paper_comparison([first, second])
 }
 
 /// The figures of the trainings in the folder.

@@ -9,7 +9,7 @@ use super::evaluation::{
 use super::execution::Execution;
 use super::folder::RunFolder;
 use super::held_out::{HeldOut, ensure_trained_here};
-use super::scoring_place::{Boundaries, ScoringPlace};
+use super::scoring_context::{Boundaries, ScoringContext};
 use super::shapes::{Points, Shape};
 use super::training_args::TrainingArgs;
 use super::training_job::{TrainingJob, TrainingRecord};
@@ -142,13 +142,13 @@ impl<'a> Run<'a> {
         write_test_shapes(self.folder, &test, &self.config.references())?;
 
         let references = self.config.references();
-        let place = ScoringPlace {
+        let context = ScoringContext {
             config: self.config,
             boundaries: &Boundaries::of_shapes(&test, &references)?,
             references,
             folder: Some(self.folder),
         };
-        self.scored(&place, &held_out, &trained, &test)
+        self.scored(&context, &held_out, &trained, &test)
     }
 
     /// The data with which a backbone is compared before it is scored on these shapes.
@@ -165,7 +165,7 @@ impl<'a> Run<'a> {
     /// The rows of all backbones, of the untrained ones, and the rows without a network.
     pub(super) fn scored(
         &self,
-        place: &ScoringPlace<'_>,
+        context: &ScoringContext<'_>,
         held_out: &HeldOut<'_>,
         trained: &[(&str, u64)],
         shapes: &[&Shape],
@@ -180,7 +180,7 @@ impl<'a> Run<'a> {
                 seed,
                 embedder,
             };
-            rows.extend(evaluate(place, &model, shapes, progress)?);
+            rows.extend(evaluate(context, &model, shapes, progress)?);
             Ok(())
         };
         score(NO_NETWORK, seeds[0], Embedder::Geometry)?;
@@ -193,7 +193,7 @@ impl<'a> Run<'a> {
                 score(supervision, seed, Embedder::Network(&model))?;
             }
         }
-        rows.extend(bounds(place, shapes, progress)?);
+        rows.extend(bounds(context, shapes, progress)?);
         Ok(rows)
     }
 

@@ -7,22 +7,22 @@ use std::time::{Duration, Instant};
 /// How a training is executed. Only a fault changes its numbers.
 #[derive(Clone, Debug, clap::Args)]
 pub(crate) struct TrainingArgs {
-    /// Threads that load shapes ahead of the updates; 0 loads them when they are due, on the threads of the updates.
+    /// The number of threads that load shapes in advance. With 0, the threads of the updates load them when they are needed.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(0..=1024))]
     pub(super) loaders: u16,
-    /// Draw the points of a training shape from its carrier each time that it is loaded, instead of keeping them in
-    /// memory; the numbers stay the same.
+    /// Draw the points of a training shape from its carrier each time that it is loaded, instead of keeping them in memory. The
+    /// results are the same.
     #[arg(long)]
     resample: bool,
-    /// Start from these weights instead of random ones: short for --set 'train.init="WEIGHTS"'. `{source}` and `{seed}` in it
-    /// stand for those of the training.
+    /// Start from these weights instead of random ones, like --set 'train.init="WEIGHTS"'. `{source}` and `{seed}` are replaced
+    /// by those of the training.
     #[arg(long, value_name = "WEIGHTS")]
     init: Option<String>,
-    /// Stop after this many minutes of a training, as Ctrl-C would: it leaves a checkpoint, --resume continues, and the exit code is
-    /// 130.
+    /// Stop a training after this number of minutes, like Ctrl-C: a checkpoint is written, --resume continues, and the exit code
+    /// is 130.
     #[arg(long, value_name = "MINUTES", value_parser = minutes)]
     stop_after: Option<Duration>,
-    /// Builds a fault into the training, to see whether the run's expectations notice.
+    /// Build a fault into the training, to check whether the run's expectations detect it.
     #[arg(long, value_name = "FAULT", hide = true, value_parser = fault)]
     pub(super) inject_fault: Option<Fault>,
 }

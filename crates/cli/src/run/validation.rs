@@ -77,7 +77,7 @@ impl History {
     }
 
     /// Keeps the validations at multiples of `valid_every`. With 0, no validation is due before the end.
-    pub(super) fn keep_due(&mut self, valid_every: usize) {
+    pub(super) fn keep_multiples_of(&mut self, valid_every: usize) {
         self.validations
             .retain(|validation| valid_every > 0 && validation.step.is_multiple_of(valid_every));
     }

@@ -1,7 +1,7 @@
 //! Scores single trainings of a run, for a verdict before all of them are done.
 
 use super::evaluation::{Embedder, ScoredModel, evaluate};
-use super::scoring_place::{Boundaries, ScoringPlace};
+use super::scoring_context::{Boundaries, ScoringContext};
 use super::stages::Run;
 use crate::config::Config;
 use crate::usage::UsageError;
@@ -62,12 +62,12 @@ impl Run<'_> {
             seed,
             embedder: Embedder::Network(&model),
         };
-        let place = ScoringPlace {
+        let context = ScoringContext {
             config: self.config,
             references: self.config.references(),
             boundaries,
             folder: None,
         };
-        evaluate(&place, &scored, &test, &self.execution.progress)
+        evaluate(&context, &scored, &test, &self.execution.progress)
     }
 }

@@ -20,13 +20,13 @@ use std::sync::Arc;
 /// The largest number of files that are named on stderr because they are not attached. The index names all of them.
 const MAX_WARNINGS: usize = 10;
 
-/// Join a package of released labels with STEP files: label them by the settings of the package, and compare.
+/// Join a package of released labels with STEP files: label the files with the settings of the package, and compare.
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "Example: partprobe attach package/ parts/ --out dataset/
 
-Each file is found in the package by the SHA-256 of its STEP text. Its name and its packing do not matter. It is labeled by the
-settings of the package, and gets the id that it has there. DATASET is the data set that the package was made from, as
-far as the files are there: the carriers have the same bytes if the program is the same.
+Each file is found in the package by the SHA-256 of its STEP text. Its name and its compression do not matter. It is labeled with
+the settings of the package, and gets the id that it has there. DATASET is the data set that the package was made from, without
+the files that are missing here. Its carriers have the same bytes if the program is the same.
 A file that the package does not have is refused by name (`refused` in the index). A shape with other labels than those of the
 package has no carrier (`differs`), and the reason names the first face that differs.
 Exit codes: 0 every file is attached or has no labels in the package either, 1 a file is not attached, 2 wrong usage, 130 stopped
@@ -35,19 +35,19 @@ pub(crate) struct AttachArgs {
     /// The package.
     #[arg(value_name = "PACKAGE")]
     package: PathBuf,
-    /// STEP files (packed ones too), archives of them, folders, or text files that list paths.
+    /// STEP files (also compressed), archives of them, folders, or text files that list paths.
     #[arg(required_unless_present = "list", value_name = "PATH")]
     paths: Vec<PathBuf>,
-    /// A file with one path on each line; `-` is the standard input.
+    /// A file with one path per line; `-` is the standard input.
     #[arg(long, value_name = "FILE")]
     list: Vec<PathBuf>,
     /// The folder to write.
     #[arg(long, value_name = "DATASET")]
     out: PathBuf,
-    /// Worker processes; as many as there are cores if not given. The data set does not depend on it.
+    /// The number of worker processes; one per core if not given. The data set does not depend on it.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: Option<u16>,
-    /// Replace a data set that is already there.
+    /// Replace an existing data set.
     #[arg(long, conflicts_with = "resume")]
     force: bool,
     /// Resume a data set that was started earlier with the same package and inputs, or start one.

@@ -23,18 +23,19 @@ const SHAPES_AT_ONCE: usize = 64;
 /// The largest number of files that are named because they cannot be measured. Further ones are only counted.
 const MAX_WARNINGS: usize = 10;
 
-/// Show what the dihedral angles of a corpus say about the threshold θ: their distribution, a sweep, a stable range.
+/// Show how the parts of a corpus depend on the dihedral threshold θ: the distribution of the angles, a sweep over θ, and a
+/// stable range of θ.
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "Examples:
   partprobe calibrate parts/                                 STEP files, labeled on the way; archives too
   partprobe calibrate dataset/ --out calibration/            a data set of `partprobe label`, read as it is
   partprobe calibrate parts/ --set label.unit=solid --thetas 2,4,8,16
 
-Prints the shares of small angles by primitive type, for shared edges and for pairs of faces; the statistics of the
-parts at each θ (P parts, S boundary sharpness, D intra-part deviation, H part-size entropy, parts by type) with the
-share of shapes whose partition changes against the operating θ; and the widest ranges of θ, anywhere in 1–45° and
-around the operating θ, over which the partition of at most --tolerance of the shapes changes. All of it is about parts
-before small ones are absorbed (τ_min).
+Prints the fractions of small angles by primitive type, for shared edges and for pairs of faces; the statistics of the parts at
+each θ (P parts, S boundary sharpness, D intra-part deviation, H part-size entropy, parts by type) with the fraction of shapes
+whose partition differs from that at the operating θ; and the widest ranges of θ, anywhere in 1–45° and around the operating θ,
+over which the partition of at most the fraction --tolerance of the shapes changes. Parts are measured before small ones are
+absorbed (τ_min).
 --out writes calibration.md, calibration.json, histogram.csv, sweep.csv, histogram.svg and sweep.svg.")]
 pub(crate) struct CalibrateArgs {
     #[command(flatten)]
@@ -48,7 +49,7 @@ pub(crate) struct CalibrateArgs {
     /// The thresholds of the sweep, in degrees.
     #[arg(long, value_name = "DEGREES,…", value_delimiter = ',', default_values_t = [4.0, 6.0, 8.0, 10.0, 12.0])]
     thetas: Vec<f64>,
-    /// Share of the shapes whose partition may change inside the suggested range.
+    /// The fraction of the shapes whose partition may change inside the suggested range.
     #[arg(long, value_name = "SHARE", default_value_t = 0.05)]
     tolerance: f64,
     /// Print one JSON object.

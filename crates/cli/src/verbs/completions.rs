@@ -22,11 +22,11 @@ pub(crate) struct CompletionsArgs {
     shell: Shell,
 }
 
-/// Write manual pages, one for each verb
+/// Write manual pages, one per verb
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "Example: partprobe man --out ~/.local/share/man/man1")]
 pub(crate) struct ManArgs {
-    /// The folder that the pages are written into.
+    /// The folder to write the pages to.
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
 }

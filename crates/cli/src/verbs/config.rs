@@ -17,7 +17,7 @@ pub(crate) struct ConfigArgs {
 
 #[derive(Clone, Debug, clap::Subcommand)]
 enum Action {
-    /// List the shipped configs, and what each is for
+    /// List the shipped configs and their purposes
     List,
     /// Print a config, with all keys of the configs that it builds on
     #[command(after_help = "Examples:
@@ -25,9 +25,10 @@ enum Action {
   partprobe config show mine.toml --set train.steps=5000
   partprobe config show base --source > base.toml
 
-A config of your own starts with `base = \"hour\"`, or with the name of a file in the same folder, and lists only what differs.")]
+A config of your own starts with `base = \"hour\"`, or with the name of a file in the same folder, and contains only the keys that
+differ.")]
     Show(ShowArgs),
-    /// Check a config: every key and every value
+    /// Check every key and every value of a config
     #[command(after_help = "Example: partprobe config check mine.toml
 An error names the file and the line. The exit code is then 2.")]
     Check(CheckArgs),

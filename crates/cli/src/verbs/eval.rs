@@ -15,8 +15,8 @@ use std::process::ExitCode;
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "Example: partprobe eval runs/mine --set eval.restarts=30
 
---set accepts the keys that say how backbones are scored: compare.*, endpoints, eval.*, expect.*, net.refine, sources.*,
-tokens.test_poses and tokens.test_tokens. The values stay in the config of the run folder. To return to former values, set them again.")]
+--set accepts the keys for scoring backbones: compare.*, endpoints, eval.*, expect.*, net.refine, sources.*, tokens.test_poses and
+tokens.test_tokens. The values stay in the config of the run folder. To return to former values, set them again.")]
 pub(crate) struct EvalArgs {
     /// The run folder.
     #[arg(value_name = "RUN")]
@@ -59,8 +59,8 @@ pub(crate) fn eval(args: &EvalArgs) -> Result<ExitCode> {
 }
 
 /// Refuses new values of settings that influenced the training, because the run's config would then be wrong.
-fn refuse_new_settings(stored: &Config, asked: &Config) -> Result<()> {
-    let fixed: Vec<String> = differences(stored, asked)
+fn refuse_new_settings(stored: &Config, requested: &Config) -> Result<()> {
+    let fixed: Vec<String> = differences(stored, requested)
         .into_iter()
         .filter(|difference| !is_scoring(&difference.key))
         .map(|Difference { key, here, there }| {

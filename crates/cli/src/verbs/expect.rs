@@ -1,6 +1,6 @@
 //! Runs `partprobe expect`: it derives bounds on scores from finished runs, for the `[expect]` table of a config.
 
-use crate::given_path::is_same_place;
+use crate::given_path::are_same_path;
 use crate::scored_run::ScoredRun;
 use crate::stdout::print_line;
 use crate::usage::UsageError;
@@ -14,15 +14,15 @@ use std::path::PathBuf;
 #[command(
     after_help = "Example: partprobe expect runs/first runs/second > bounds.toml
 
-Each line bounds a score of a label source from below: its mean over all seeds, less --deviations standard deviations. Copy the lines
-into the config of a run, or give the file to `partprobe score --expect`. The seeds of one run count apart, so one run of
-three seeds is enough."
+Each line bounds a score of a label source from below: its mean over all seeds, minus --deviations standard deviations. Copy the
+lines into the config of a run, or give the file to `partprobe score --expect`. Each seed of a run counts separately, so one run
+of three seeds is enough."
 )]
 pub(crate) struct ExpectArgs {
     /// The run folders.
     #[arg(value_name = "RUN", required = true)]
     runs: Vec<PathBuf>,
-    /// How many standard deviations a bound lies below the mean.
+    /// The distance of a bound below the mean, in standard deviations.
     #[arg(long, value_name = "N", default_value_t = 3.0)]
     deviations: f64,
 }
@@ -44,7 +44,7 @@ pub(crate) fn expect(args: &ExpectArgs) -> Result<()> {
         ensure!(
             !args.runs[..idx]
                 .iter()
-                .any(|earlier| is_same_place(earlier, path)),
+                .any(|earlier| are_same_path(earlier, path)),
             UsageError(format!("{} is given twice", path.display()))
         );
         add_run(&ScoredRun::read(path)?, &mut means);

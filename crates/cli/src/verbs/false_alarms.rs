@@ -11,17 +11,17 @@ use partprobe_dataset::{json_document, write_atomically};
 use partprobe_eval::{FalseAlarms, false_alarms};
 use std::path::PathBuf;
 
-/// Count how often trainings that differ in their seeds alone seem to differ (an A/A test)
+/// Count how often trainings that differ only in their seeds are judged to be different (an A/A test)
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "Example: partprobe false-alarms runs/aa
 
-The run has many seeds of one label source, at least six:
+The run must have at least six seeds of one label source:
   partprobe run verdict --data dataset/ --set 'compare.supervision=[\"step-parts\"]' --set 'compare.seeds=[0,1,2,3,4,5]'")]
 pub(crate) struct FalseAlarmsArgs {
     /// A finished run.
     #[arg(value_name = "RUN")]
     run: PathBuf,
-    /// Write the counts as JSON to this file, too.
+    /// Also write the counts as JSON to this file.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
     /// Print JSON.

@@ -12,10 +12,10 @@ use anyhow::{Result, ensure};
 use partprobe_dataset::{SETTINGS_FILE, Status};
 use std::path::PathBuf;
 
-/// Label STEP files: parts by primitive type and dihedral angle, and a triangle mesh that carries them.
+/// Label STEP files: group faces into parts by primitive type and dihedral angle, and write labeled triangle meshes.
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "Examples:
-  partprobe label parts/ --out dataset/                     a folder, walked
+  partprobe label parts/ --out dataset/                     a folder and its subfolders
   partprobe label a.step b.step --out dataset/ --jobs 4     files
   partprobe label list.txt --out dataset/ --unit solid      a text file with one path per line
   find . -name '*.stp' | partprobe label --list - --out dataset/
@@ -23,29 +23,31 @@ use std::path::PathBuf;
   partprobe label abc_0000.7z --out dataset/ --resume       an archive, started or resumed
   partprobe label abc/ --out share1/ --shard 1/4            a quarter of the files, for `merge`
   partprobe label abc/ --out dataset/ --retry over-budget,timed-out --set label.watchdog_s=3600
-  partprobe label robot.step --out dataset/ --instances     an assembly, every occurrence
+  partprobe label robot.step --out dataset/ --instances     every occurrence in an assembly
   partprobe label parts/ --out dataset/ --set label.theta_deg=12
   partprobe label parts/ --out dataset/ --attributes normal,uv,curvature
   partprobe label parts/ --out dataset/ --layers brep-face,smooth-12    labels of other sources, per face
 
-Endings of STEP files: .step .stp .p21 .ste, packed .stpz .step.gz .stp.zst .step.xz and their like, in any case.
-Archives (.zip .tar .tar.gz .tgz .tar.zst .tar.xz .7z) are read as they are, also inside folders; nothing is unpacked
-to disk. The content decides where it differs from the name. What is not read is a line of the index, too.
-DATASET holds a carrier <id>.npz for each shape (numpy.load opens it), index.jsonl with a line for each shape, dataset.json
-with the settings, and timing.jsonl. One bad file never ends a batch: its line in the index says why.
-What is done is on disk at once: after Ctrl-C, a kill or a power cut, --resume continues to the same bytes, and
-`partprobe status DATASET` says how far it is.
-Exit codes: 0 at least one shape labeled, or a share with --shard (with --strict: no bad file), 1 no shape, 2 wrong usage,
-130 stopped by Ctrl-C.
-Of a finished data set, --resume labels again what is missing, damaged or changed.")]
+STEP files have the endings .step .stp .p21 .ste, or compressed .stpz .step.gz .stp.zst .step.xz and similar ones, in upper or
+lower case.
+Archives (.zip .tar .tar.gz .tgz .tar.zst .tar.xz .7z) are read without unpacking them to disk, also inside folders. If the
+content of a file does not match its name, the content decides. A file that is not read has a line in the index, too.
+DATASET contains a carrier <id>.npz per shape (numpy.load opens it), index.jsonl with a line per shape, dataset.json with the
+settings, and timing.jsonl. A bad file never ends a batch: its line in the index gives the reason.
+Results are written to disk at once. After Ctrl-C, a kill or a power cut, --resume continues and gives the same bytes. `partprobe
+status DATASET` shows the progress.
+Exit codes: 0 at least one shape was labeled, or --shard was given (with --strict: and no file is bad), 1 no shape was labeled, 2
+wrong usage, 130 stopped by Ctrl-C.
+In a finished data set, --resume labels again the shapes that are missing, damaged or changed.")]
 pub(crate) struct LabelArgs {
-    /// STEP files (packed ones too), archives of them, folders, or text files that list paths; `-` is the standard input.
+    /// STEP files (also compressed), archives of them, folders, or text files that list paths; `-` is the standard input.
     #[arg(required_unless_present = "list", value_name = "PATH")]
     paths: Vec<PathBuf>,
-    /// A file with one path on each line, even if its lines do not look like paths; `-` is the standard input.
+    /// A file with one path per line. It is read as a list even if its lines do not look like paths. `-` is the standard input.
     #[arg(long, value_name = "FILE")]
     list: Vec<PathBuf>,
-    /// The name of the file that `-` reads, which gives its shape an id. Its ending says what it is; without one, the first bytes do.
+    /// A file name for the data that `-` reads. It gives the shape its id, and its ending gives the format. Without an ending,
+    /// the first bytes give the format.
     #[arg(long, default_value = STDIN_NAME, value_name = "NAME")]
     stdin_name: String,
     /// The folder to write.
@@ -54,28 +56,28 @@ pub(crate) struct LabelArgs {
     /// What becomes a shape: the whole file, or each distinct solid.
     #[arg(long, value_enum)]
     unit: Option<Unit>,
-    /// Place every occurrence of every product of an assembly; each product is labeled once if not given.
+    /// Place every occurrence of every product of an assembly; if not given, each product is labeled once.
     #[arg(long)]
     instances: bool,
     /// The geometry kernel; the config's label.kernel if not given.
     #[arg(long, value_enum)]
     kernel: Option<Kernel>,
-    /// Worker processes; as many as there are cores if not given. The data set does not depend on it.
+    /// The number of worker processes; one per core if not given. The data set does not depend on it.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: Option<u16>,
     /// Exit with 1 if any file has no carrier.
     #[arg(long)]
     strict: bool,
-    /// What to keep of the true surfaces at each vertex, in addition to its position.
+    /// The properties of the true surfaces to store at each vertex, in addition to its position.
     #[arg(long, value_name = "LIST", value_enum, value_delimiter = ',')]
     attributes: Vec<Attribute>,
-    /// Label sources whose labels of the faces are stored in the carriers too, for example brep-face,smooth-12.
+    /// Label sources whose labels of faces are also stored in the carriers, for example brep-face,smooth-12.
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     layers: Vec<String>,
-    /// Deflate the carriers.
+    /// Compress the carriers with deflate.
     #[arg(long)]
     compress: bool,
-    /// Replace a data set that is already there.
+    /// Replace an existing data set.
     #[arg(long, conflicts_with_all = ["resume", "retry"])]
     force: bool,
     /// Resume a data set that was started earlier with the same inputs and settings, or start one.
@@ -87,7 +89,7 @@ pub(crate) struct LabelArgs {
     /// Label one share of the files: the I-th of N.
     #[arg(long, value_name = "I/N")]
     shard: Option<Shard>,
-    /// What is written for a shape; several may be named, with commas.
+    /// What to write for each shape; several values are separated by commas.
     #[arg(long, value_enum, value_delimiter = ',')]
     emit: Vec<Emit>,
     /// Settings to start from: a shipped config or a file.
@@ -134,9 +136,10 @@ impl From<Retry> for Status {
 /// The geometry kernels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 enum Kernel {
-    /// Partprobe's own.
+    /// The kernel of partprobe.
     Own,
-    /// The crates of truck, if they are built in (--features truck): an independent second kernel that reads fewer files, and whole ones only.
+    /// The crates of truck, an independent second kernel, if they are built in (--features truck). It reads fewer files, and
+    /// labels only whole files.
     Truck,
 }
 

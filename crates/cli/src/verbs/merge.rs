@@ -14,15 +14,15 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Join the shares of a batch, made with `label --shard`, into the data set that one machine would have made.
+/// Join the shares of a batch, which `label --shard` made, into the data set that one machine would have made.
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "Example:
   partprobe label abc/ --out share1/ --shard 1/2            on one machine
   partprobe label abc/ --out share2/ --shard 2/2            on another
   partprobe merge share1/ share2/ --out dataset/
 
-Files are hard links if the shards are on the same disk, and copies if not. Settings and inputs must be the
-same, and every share must be there: a missing one is named.
+Files are hard links if the shares are on the same disk, and copies if not. Settings and inputs must be the same, and no share may
+be missing: a missing one is named.
 Exit codes: 0 at least one share has a shape, 1 none, 2 wrong usage.")]
 pub(crate) struct MergeArgs {
     /// The shares.

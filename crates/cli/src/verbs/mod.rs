@@ -56,7 +56,7 @@ use anyhow::Result;
 use clap::Subcommand;
 use std::process::ExitCode;
 
-/// What the program can do.
+/// The verbs of the program.
 #[derive(Debug, Subcommand)]
 pub(crate) enum Verb {
     #[cfg(feature = "train")]

@@ -10,13 +10,13 @@ use partprobe_net::{Backend, Model, Tokens, tokenize};
 use std::fs;
 use std::path::PathBuf;
 
-/// Write one forward and backward pass of a network on real tokens, for another implementation to repeat.
+/// Write one forward and backward pass of a network on real tokens, which another implementation can repeat.
 #[derive(Clone, Debug, clap::Args)]
 #[command(
     after_help = "Example: partprobe parity part.step --set net.backbone.preset=tiny --out tiny.safetensors"
 )]
 pub(crate) struct ParityArgs {
-    /// STEP files or carriers; their shapes go through the network together.
+    /// STEP files or carriers. Their shapes are one batch.
     #[arg(value_name = "PATH", required = true)]
     paths: Vec<PathBuf>,
     /// The file to write.
@@ -28,10 +28,10 @@ pub(crate) struct ParityArgs {
     /// Override a value of the config.
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
-    /// Trained weights of the same network; initial ones if not given.
+    /// Trained weights of the same network; random ones if not given.
     #[arg(long, value_name = "FILE")]
     weights: Option<PathBuf>,
-    /// Seed of the initial weights.
+    /// The seed of the random weights.
     #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u64,
 }

@@ -19,15 +19,16 @@ const MAX_DISAGREEMENTS: usize = 10;
 /// The number of shown digits of a hash.
 const SHOWN_DIGITS: usize = 12;
 
-/// Join packages of released labels by the hash of the STEP text: which files have which labels, and where labels disagree.
+/// Join packages of released labels by the hash of the STEP text, and show which files have which labels and where labels
+/// disagree.
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "Examples:
   partprobe registry ours/ theirs/
   partprobe registry ours/ theirs/ --out labels.parquet     a row per shape, with lists that have an element per package
   partprobe registry ours/ theirs/ --json
 
-Labels disagree if the settings of two packages are the same and the labels of a shape are not. Labels by other settings may
-differ; the shapes with equal parts are counted.")]
+Labels disagree if the settings of two packages are the same and the labels of a shape are not. Labels that were made with
+different settings may differ; the shapes with equal parts are counted.")]
 pub(crate) struct RegistryArgs {
     /// The packages.
     #[arg(required = true, value_name = "PACKAGE")]

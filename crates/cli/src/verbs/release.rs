@@ -40,9 +40,9 @@ const DAMAGED: &str = "shapes whose carrier is damaged";
   partprobe release dataset/ --out package/ --license CC-BY-4.0
   partprobe attach package/ parts/ --out again/             on another machine, with the same files
 
-PACKAGE holds labels-00000.parquet and so on (per shape the SHA-256 of its STEP text, and per face its # number, type and
-part; per shared edge its faces and its dihedral angle), DATASHEET.md, LICENSE-NOTE.md, and release.json with the settings and
-the hash of each file, written last. No coordinate, area or product name is inside.
+PACKAGE contains labels-00000.parquet and so on (per shape the SHA-256 of its STEP text, and per face its # number, type and part;
+per shared edge its faces and its dihedral angle), DATASHEET.md, LICENSE-NOTE.md, and release.json with the settings and the hash
+of each file, written last. It contains no coordinates, areas or product names.
 Exit codes: 0 done, 1 a carrier is damaged (the rest is written), 2 wrong usage.")]
 pub(crate) struct ReleaseArgs {
     /// The data set, with carriers.
@@ -60,7 +60,7 @@ pub(crate) struct ReleaseArgs {
     /// The most shapes in one file.
     #[arg(long, default_value_t = 10_000, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     shard_size: u32,
-    /// Threads; as many as there are cores if not given. The package does not depend on it.
+    /// The number of threads; one per core if not given. The package does not depend on it.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: Option<u16>,
 }

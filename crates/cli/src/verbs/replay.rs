@@ -12,12 +12,12 @@ use std::process::ExitCode;
 #[derive(Clone, Debug, clap::Args)]
 #[command(
     after_help = "Example: partprobe replay runs/mine/diverged/step-parts-0
-The folder holds the training as it was before the update (checkpoint), and the points and labels of the update's shapes
+The folder contains the state of the training before the update (checkpoint), and the points and labels of the update's shapes
 (0.npz, 1.npz, … in the order of batch.json). Each shape is tried alone and then all together, with the same poses.
 Exit code 1 if the update fails again, 0 if it does not."
 )]
 pub(crate) struct ReplayArgs {
-    /// The folder that the training left behind.
+    /// The folder that the training wrote when it stopped.
     #[arg(value_name = "DUMP")]
     dump: PathBuf,
     #[command(flatten)]

@@ -24,7 +24,7 @@ const DRAWS: usize = 2000;
 A row is a run and the label source that it was trained on, as in `chord:step-parts`. Rows without a training come from the first
 run that has them. With two runs, the last row is the difference between their first label sources.
 A shape counts if every run was scored on it against the same reference, with the same mesh and the same labels.
-The tables of one run are made again from its scores.
+With one run, its tables are computed again from its scores.
 With --html, the page `report.html` of one run is written again.")]
 pub(crate) struct ReportArgs {
     /// The run folders.
@@ -37,7 +37,8 @@ pub(crate) struct ReportArgs {
     #[cfg(feature = "train")]
     #[arg(long, value_name = "FILE", conflicts_with = "json")]
     html: Option<PathBuf>,
-    /// For the page of a run of an earlier version: its data set, if it has moved. It gives the faces of the points.
+    /// The data set of the run, if it has moved. It is needed only for runs of earlier versions, which do not contain the faces
+    /// of the points.
     #[cfg(feature = "train")]
     #[arg(long, value_name = "DATASET", requires = "html")]
     data: Option<PathBuf>,

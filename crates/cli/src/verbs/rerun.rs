@@ -19,13 +19,13 @@ const MAX_NAMED: usize = 10;
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "Example: partprobe rerun runs/mine --out runs/again
 
-The config, the split, the seeds and the place of the data set are those of the folder. Generated parts are generated again. The number of
-threads does not matter. Exit codes: 0 all files are the same, 1 a file differs.")]
+The config, the split, the seeds and the path of the data set are those of the folder. Generated parts are generated again. The
+number of threads does not matter. Exit codes: 0 all files are the same, 1 a file differs.")]
 pub(crate) struct RerunArgs {
     /// The run folder.
     #[arg(value_name = "RUN")]
     run: PathBuf,
-    /// The folder of the new run; RUN with `-again` behind its name if not given.
+    /// The folder of the new run; `RUN-again` if not given.
     #[arg(long, value_name = "RUN")]
     out: Option<PathBuf>,
     /// Resume a repetition that was interrupted.
@@ -115,7 +115,7 @@ fn with_again(run: &Path) -> PathBuf {
 
 /// The data set of the run, or nothing if the run generated its parts.
 fn data_of(path: &Path) -> Result<Vec<PathBuf>> {
-    let folder = RunFolder::to_read(path)?;
+    let folder = RunFolder::open_read_only(path)?;
     let config = load(&folder.path("config.toml").to_string_lossy(), &[])?.config;
     let data = remembered_data(&folder)?;
     let is_own = data.starts_with(folder.root());
@@ -161,7 +161,8 @@ fn differing_files(first: &Path, second: &Path) -> Result<Comparison> {
     })
 }
 
-/// The values of a file: all of its bytes, or those behind the header of a safetensors file, whose length its first eight bytes tell.
+/// The values of a file: all of its bytes, or those behind the header of a safetensors file, whose length its first eight bytes
+/// tell.
 fn values<'a>(name: &str, bytes: &'a [u8]) -> &'a [u8] {
     let header = match bytes.first_chunk() {
         Some(&length) if name.ends_with(".safetensors") => {

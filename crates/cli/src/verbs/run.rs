@@ -16,17 +16,17 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
 
-/// Label, train one backbone for each supervision source, evaluate them on held-out shapes, and print the tables.
+/// Label, train one backbone per supervision, evaluate the backbones on held-out shapes, and print the tables.
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "Examples:
   partprobe run smoke                           everything on generated parts, in minutes
   partprobe run abc-small --data abc/ fusion/   your own STEP files
   partprobe run my.toml --set train.steps=2000  your own config (see configs/base.toml for the keys)
 
-Before the first training, the card of the label sources is printed (source_card.md, source_card.json).
-The run folder holds config.toml, split.json, log.jsonl, tensorboard/, checkpoints/, test/, predictions/,
-scores.jsonl, tables.{md,csv,json} and report.html. A config's [expect] table bounds scores: expectations.{json,xml} say
-which bounds hold, and a run that misses one exits 3.")]
+Before the first training, the card of the label sources is printed, and written to source_card.md and source_card.json.
+The run folder contains config.toml, split.json, log.jsonl, tensorboard/, checkpoints/, test/, predictions/, scores.jsonl,
+tables.{md,csv,json} and report.html. A config's [expect] table bounds scores: expectations.{json,xml} say which bounds hold, and
+the exit code is 3 if one is missed.")]
 pub(crate) struct RunArgs {
     /// A shipped config or a TOML file. `partprobe config list` lists the shipped configs.
     #[arg(value_name = "NAME|FILE")]

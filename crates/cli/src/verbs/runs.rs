@@ -16,11 +16,11 @@ use std::path::{Path, PathBuf};
   partprobe runs
   partprobe runs experiments/ --json
 
-A run is `scored` if it is complete, `trained` if its weights are there and its scores are not, and `started` otherwise. The mIoU is
-that of its first label source against its first reference. A run of the implicit probe has no test shapes: all of its shapes are
-fitted, and its tables are in tables.md.")]
+A run is `scored` if it is complete, `trained` if it has weights but no scores, and `started` otherwise. The mIoU is that of its
+first label source against its first reference. A run of the implicit probe has no test shapes: all of its shapes are fitted, and
+its tables are in tables.md.")]
 pub(crate) struct RunsArgs {
-    /// The folder that holds the run folders.
+    /// The folder that contains the run folders.
     #[arg(value_name = "DIR", default_value = "runs")]
     folder: PathBuf,
     /// Print JSON.

@@ -24,12 +24,12 @@ const N_SHOWN: usize = 10;
 /// A pause longer than this between two files belongs to no session.
 const LONGEST_PAUSE_S: f64 = 3600.0;
 
-/// Show the progress of a batch, what failed and why: while it runs, after it was stopped, and when it is done.
+/// Show the progress of a batch, and which files failed and why. The batch can be running, stopped or finished.
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "Example: partprobe status dataset/
-Reasons that differ in numbers only are one line, with … for those numbers.
-Every carrier of a finished data set is read and compared with the index; if one is missing, damaged, changed or that of
-another shape, it is named and the exit code is 1. --quick leaves that out.")]
+Reasons that differ only in numbers share one line, which has … instead of these numbers.
+Every carrier of a finished data set is read and compared with the index; if one is missing, damaged, changed or that of another
+shape, it is named and the exit code is 1. --quick skips this check.")]
 pub(crate) struct StatusArgs {
     /// The data set.
     #[arg(value_name = "DATASET")]

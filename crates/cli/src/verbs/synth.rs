@@ -19,16 +19,16 @@ pub(crate) struct SynthArgs {
     /// The folder to write to.
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// How many parts; the config's synth.n if not given.
+    /// The number of parts; the config's synth.n if not given.
     #[arg(short, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=10_000_000))]
     n: Option<u64>,
     /// The seed; the config's synth.seed if not given.
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
-    /// Fewest STEP parts of a part.
+    /// The smallest number of STEP parts per generated part.
     #[arg(long)]
     min_parts: Option<u32>,
-    /// Most STEP parts of a part.
+    /// The largest number of STEP parts per generated part.
     #[arg(long)]
     max_parts: Option<u32>,
     /// A shipped config or a TOML file.

@@ -12,7 +12,7 @@ use partprobe_dataset::Dataset;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// Train one backbone on one supervision source, into a run folder.
+/// Train one backbone on one supervision, and write it into a run folder.
 #[derive(Clone, Debug, clap::Args)]
 #[command(
     after_help = "Example: partprobe train abc-small --data carriers/ --supervision step-parts --out runs/mine

@@ -33,10 +33,10 @@ const STACK_BYTES: usize = 64 << 20;
 /// Compare the kernel with itself, and with a reference reading of the same files.
 ///
 /// Each face's area is computed twice, by a quadrature of its surface and from its triangles, and so is the volume of each
-/// closed solid. Where the two differ by more than chords explain, a line names the file, the `#` number and both. Without
-/// a reference this is all that is compared.
+/// closed solid. If the two values differ by more than the chords explain, a line gives the file, the `#` number and both values.
+/// Without a reference, nothing else is compared.
 ///
-/// A reference is a file with one JSON object a line (`.zst` is unpacked): `file` (a path below DIR, its first
+/// A reference is a file with one JSON object per line (`.zst` is unpacked): `file` (a path below DIR, its first
 /// component is the group), `status`, `faces` as `[step id, occurrence, type, part, shell, area, mesh area]` and `edges`
 /// as `[face index, face index, φ, length]`. Volumes are in a separate file: `file`, and `solids` as `[step id,
 /// whether closed, volume, whether valid]`; `tools/occt/volumes.py` makes it.
@@ -48,9 +48,9 @@ const STACK_BYTES: usize = 64 << 20;
   partprobe verify --reference corpus.jsonl.zst corpus/ --only fusion/ --list
   partprobe verify --reference corpus.jsonl.zst --volumes volumes.jsonl corpus/
 
-Areas count as equal within 1 % of the reference's analytic or mesh area, where one of them is above zero. Files in which two faces of one type
-meet within 0.001° of θ are left out of the partition column. Volumes are compared on every solid that the
-reference calls closed.")]
+Areas count as equal within 1 % of the reference's analytic or mesh area, if one of them is above zero. Files in which two faces
+of one type meet within 0.001° of θ are left out of the partition column. Volumes are compared on every solid that the reference
+calls closed.")]
 pub(crate) struct VerifyArgs {
     /// The reference lines.
     #[arg(long, value_name = "REF.jsonl[.zst]")]
@@ -58,9 +58,9 @@ pub(crate) struct VerifyArgs {
     /// The reference's exact volume of each solid.
     #[arg(long, value_name = "VOLUMES.jsonl[.zst]", requires = "reference")]
     volumes: Option<PathBuf>,
-    /// The folder of STEP files, from which the reference's paths start.
+    /// The folder of STEP files. The paths in the reference are relative to it.
     dir: PathBuf,
-    /// Name each disagreement with its `#` numbers.
+    /// Print each disagreement with its `#` numbers.
     #[arg(long)]
     list: bool,
     /// Print one JSON document instead of the table: counts, rates and every finding.
@@ -72,7 +72,7 @@ pub(crate) struct VerifyArgs {
     /// Change one setting, for example label.angle_rad=0.1.
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
-    /// Threads; as many as there are cores if not given. The result does not depend on it.
+    /// The number of threads; one per core if not given. The result does not depend on it.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: Option<u16>,
 }

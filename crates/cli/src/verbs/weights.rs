@@ -21,7 +21,7 @@ use std::path::{Path, PathBuf};
   partprobe weights to-pointcept runs/mine/checkpoints/step-parts-0/model.safetensors -o ptv3.safetensors
   partprobe weights from-pointcept ptv3.safetensors --backbone base -o model.safetensors
 
-Pointcept saves checkpoints with pickle. tools/torch/pointcept.py unpacks them into safetensors, and packs them.")]
+Pointcept saves checkpoints with pickle. tools/torch/pointcept.py converts them to safetensors and back.")]
 pub(crate) struct WeightsArgs {
     #[command(subcommand)]
     direction: Direction,
@@ -53,16 +53,16 @@ struct FromArgs {
     /// A safetensors file with the tensors of a PT-v3m1, or of a model that contains one.
     #[arg(value_name = "FILE")]
     file: PathBuf,
-    /// The size of the network: micro, tiny, mini or base. A file that `to-pointcept` wrote says it itself.
+    /// The size of the network: micro, tiny, mini or base. A file that `to-pointcept` wrote contains it.
     #[arg(long, value_name = "NAME", value_parser = size)]
     backbone: Option<&'static str>,
     /// Override a value of the network's config, which is PTv3 as published: patches of 1024, plain voxels.
     #[arg(long, value_name = "KEY=VALUE", requires = "backbone")]
     set: Vec<String>,
-    /// Seed of the head, which PTv3 does not have.
+    /// The seed of the embedding head, which PTv3 does not have.
     #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u64,
-    /// Declare that these weights have seen none of your shapes. Without it, no training starts from them.
+    /// Declare that these weights were not trained on any of your shapes. Without this option, no training starts from them.
     #[arg(long, requires = "backbone")]
     unseen: bool,
     /// The file of weights to write.

@@ -103,11 +103,11 @@ pub fn card_tables(
     let mut pair_cards = Vec::new();
     for (idx, first) in sources.iter().enumerate() {
         for second in &sources[idx + 1..] {
-            let is_asked =
+            let is_of_pair =
                 |pair: &&PairRow| pair.sources[0] == *first && pair.sources[1] == *second;
             let values = pairs
                 .iter()
-                .filter(is_asked)
+                .filter(is_of_pair)
                 .map(|pair| (pair.group.as_str(), pair.ari));
             let names = [first.clone(), second.clone()];
             pair_cards.extend(statistic(values, bootstrap).map(|ari| PairCard {

@@ -99,8 +99,9 @@ pub fn agreement_tables(
     let mut tables = Vec::new();
     for channel in &settings.channels {
         for source in &settings.sources {
-            let is_asked = |row: &&AgreementRow| row.channel == *channel && row.source == *source;
-            let mut chosen: Vec<&AgreementRow> = rows.iter().filter(is_asked).collect();
+            let is_of_source =
+                |row: &&AgreementRow| row.channel == *channel && row.source == *source;
+            let mut chosen: Vec<&AgreementRow> = rows.iter().filter(is_of_source).collect();
             chosen.sort_by(|a, b| a.shape.cmp(&b.shape));
             if !chosen.is_empty() {
                 tables.push(table(&chosen, settings.bootstrap));
@@ -236,7 +237,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn rows_are_averaged_by_source_in_the_order_asked_for() {
+    fn rows_are_averaged_by_source_in_the_requested_order() {
         let found = agreement_tables(&example(), Vec::new(), settings());
         let names: Vec<(&str, usize)> = found
             .tables

@@ -242,7 +242,7 @@ fn a_manifest_decides_the_sides() {
 }
 
 #[test]
-fn a_share_of_the_training_shapes_leaves_the_other_sides_alone() {
+fn a_share_of_the_training_shapes_does_not_change_the_other_sides() {
     let shapes = unrelated(60);
     let with = |share| {
         let rule = SplitRule {
@@ -289,7 +289,7 @@ fn a_damaged_manifest_is_refused_with_its_line() {
 }
 
 #[test]
-fn an_equal_shape_is_told_by_the_one_that_came_first() {
+fn an_equal_shape_is_reported_with_the_first_of_them() {
     let mut distinct = DistinctShapes::default();
     let mut add = |id: &str, family, fraction| {
         distinct

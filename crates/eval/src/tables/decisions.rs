@@ -138,7 +138,7 @@ mod tests {
     }
 
     #[test]
-    fn primary_endpoints_stand_alone_and_the_others_are_counted() {
+    fn primary_endpoints_are_listed_and_the_others_are_counted() {
         let mut settings = settings();
         settings.primary = vec![Endpoint::parse("step-parts.miou").unwrap()];
         let found = tables(&example(), &settings);
@@ -172,7 +172,7 @@ mod tests {
     }
 
     #[test]
-    fn a_training_that_one_arm_lacks_does_not_count_for_the_other() {
+    fn a_training_that_one_arm_lacks_is_not_counted_for_the_other() {
         let mut rows = example();
         rows.retain(|row| row.supervision == "step-parts" || row.seed != 2);
         let found = tables(&rows, &settings());

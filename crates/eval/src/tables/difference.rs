@@ -200,7 +200,7 @@ mod tests {
     use crate::bootstrap::Interval;
 
     #[test]
-    fn more_shapes_narrow_that_part_of_the_interval_that_is_theirs() {
+    fn more_shapes_narrow_only_their_part_of_the_interval() {
         let row = |half_width: Option<f64>, seed_deviation: Option<f64>| DifferenceRow {
             reference: "r".to_owned(),
             clusterer: "k-means".to_owned(),

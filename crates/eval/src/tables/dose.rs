@@ -187,11 +187,11 @@ impl Tables {
     /// The position of each other trained source on each of the [curves](Self::dose_curves), by kind of damage.
     #[must_use]
     pub fn dose_placements(&self) -> Vec<DosePlacement> {
-        let others = self.others();
+        let undamaged_sources = self.undamaged_sources();
         let of_curve = |curve: DoseCurve| {
             let place =
                 |(name, point): &(&str, DosePoint)| DosePlacement::new(&curve, name, *point);
-            others.iter().map(place).collect::<Vec<_>>()
+            undamaged_sources.iter().map(place).collect::<Vec<_>>()
         };
         self.dose_curves().into_iter().flat_map(of_curve).collect()
     }
@@ -225,7 +225,7 @@ impl Tables {
     }
 
     /// The trained sources that are not damaged on purpose, with their difference from the undamaged one.
-    fn others(&self) -> Vec<(&str, DosePoint)> {
+    fn undamaged_sources(&self) -> Vec<(&str, DosePoint)> {
         let Some(first) = self.rows.first() else {
             return Vec::new();
         };

@@ -58,7 +58,7 @@ impl Tables {
     /// The three probe tables of the paper, with the rows of this run below the paper's. Returns `None` unless both label sources
     /// are supervisions and references of the run.
     #[must_use]
-    pub fn beside_paper(&self, sources: [&str; 2]) -> Option<String> {
+    pub fn paper_comparison(&self, sources: [&str; 2]) -> Option<String> {
         let clusterer = self.clusterer.as_str();
         let mut rows: Vec<[&TableRow; 2]> = Vec::new();
         for reference in sources {
@@ -192,7 +192,7 @@ mod tests {
     use crate::tables::tests::{example, settings};
 
     #[test]
-    fn every_row_stands_below_that_of_the_paper() {
+    fn every_row_is_below_that_of_the_paper() {
         let mut rows = example();
         let scored_twice = example().into_iter().map(|row| ScoreRow {
             reference: "brep-face".to_owned(),
@@ -200,7 +200,7 @@ mod tests {
         });
         rows.extend(scored_twice);
         let found = tables(&rows, &settings());
-        let text = found.beside_paper(["step-parts", "brep-face"]).unwrap();
+        let text = found.paper_comparison(["step-parts", "brep-face"]).unwrap();
         for expected in [
             "| paper | STEP-Parts | 0.60 | 0.76 | 0.71 | 0.58 | 0.51 |",
             "| this run | `step-parts` | 0.625 | 0.812 | 0.562 (1) | 0.625 (1) | 0.688 (1) |",
@@ -211,6 +211,6 @@ mod tests {
         ] {
             assert!(text.contains(expected), "{text}");
         }
-        assert_eq!(found.beside_paper(["step-parts", "other"]), None);
+        assert_eq!(found.paper_comparison(["step-parts", "other"]), None);
     }
 }

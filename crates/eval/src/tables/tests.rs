@@ -204,7 +204,7 @@ fn the_home_advantage_compares_both_homes() {
 }
 
 #[test]
-fn no_rows_give_empty_tables() {
+fn tables_without_rows_are_empty() {
     let found = tables(&[], &settings());
     assert!(found.rows.is_empty() && found.differences.is_empty());
     let one_sided: Vec<ScoreRow> = example()

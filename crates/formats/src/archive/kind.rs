@@ -54,7 +54,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_tell_the_kind() {
+    fn names_decide_the_kind() {
         assert_eq!(
             ArchiveKind::of_name("abc_0000.7z"),
             Some((ArchiveKind::SevenZip, "abc_0000"))

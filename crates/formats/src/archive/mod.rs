@@ -60,7 +60,7 @@ pub enum Refusal {
     #[error("it is an archive inside an archive; unpack the outer one first")]
     Nested,
     /// Several members have the same name, so it is not known which one is meant.
-    #[error("{0} members have this name, and which is meant cannot be told")]
+    #[error("{0} members have this name, so it is not clear which one is meant")]
     Duplicate(usize),
     /// The member is after damage in its stream.
     #[error("it cannot be reached, since the archive is damaged before it")]

@@ -50,7 +50,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn endings_tell_step_in_any_case() {
+    fn endings_of_step_files_are_known_in_any_case() {
         for (name, stem) in [
             ("a.step", "a"),
             ("a.b.STP", "a.b"),

@@ -41,12 +41,12 @@ pub(super) fn walk(source: impl Read, walk: &mut Walk<'_>) -> Result<(), Stop> {
         } else {
             walk.refused(name, Refusal::Special)?;
         }
-        pass_over(&mut entry)?;
+        skip_rest(&mut entry)?;
     }
 }
 
 /// Reads the rest of a member, so that the next header is not searched inside it.
-fn pass_over(entry: &mut impl Read) -> Result<(), Stop> {
+fn skip_rest(entry: &mut impl Read) -> Result<(), Stop> {
     let n_passed = io::copy(&mut entry.take(MAX_SKIPPED_BYTES), &mut io::sink()).map_err(damage)?;
     if n_passed == MAX_SKIPPED_BYTES {
         return Err(Stop::Damage(

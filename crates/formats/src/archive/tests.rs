@@ -151,7 +151,7 @@ fn zip_members_with_one_name_and_encrypted_ones_are_refused() {
     ]);
     let text = zip.escape_ascii().to_string().replace("a2.step", "a1.step");
     let repeated = unescaped(&text);
-    let duplicate = "0 a1.step ! 2 members have this name, and which is meant cannot be told";
+    let duplicate = "0 a1.step ! 2 members have this name, so it is not clear which one is meant";
     assert_eq!(
         walked(ArchiveKind::Zip, &repeated),
         [duplicate, "1 b.step = three"]
@@ -193,7 +193,7 @@ fn unescaped(text: &str) -> Vec<u8> {
 }
 
 #[test]
-fn members_before_damage_are_had() {
+fn members_before_damage_are_read() {
     // Packers work in blocks of 128 KiB and more, and a block is decoded completely or not at all.
     let mut state = 1u64;
     let mut next_byte = |_| {
@@ -240,7 +240,7 @@ fn members_before_damage_are_had() {
 }
 
 #[test]
-fn a_header_without_end_is_no_way_to_fill_the_memory() {
+fn an_endless_header_does_not_fill_the_memory() {
     let mut header = tar::Header::new_gnu();
     header.set_entry_type(tar::EntryType::GNULongName);
     header.set_size(1 << 30);
@@ -347,7 +347,7 @@ fn a_zip_stands_for_the_one_step_file_in_it() {
 }
 
 #[test]
-fn content_tells_the_kind_whatever_the_name_says() {
+fn the_content_decides_the_kind_for_any_name() {
     for kind in KINDS {
         let bytes = packed(kind, &[("a.step", b"one")]);
         assert_eq!(

@@ -179,7 +179,7 @@ mod tests {
     }
 
     #[test]
-    fn whole_blocks_before_damage_are_given() {
+    fn complete_blocks_before_damage_are_returned() {
         let plain = step_like(20_000, 3);
         let whole = packed(&plain, 3, true);
         let mut given = Vec::new();

@@ -44,7 +44,7 @@ mod tests {
     use crate::fixtures::three_squares;
 
     #[test]
-    fn rows_stand_in_the_order_of_the_file() {
+    fn rows_are_in_the_order_of_the_file() {
         let carrier = three_squares();
         let faces = faces_to_csv(&carrier, carrier.part_of_face());
         assert_eq!(faces.lines().last(), Some("2,102,cylinder,1,1"));

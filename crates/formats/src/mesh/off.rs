@@ -72,7 +72,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn counts_stand_on_either_line() {
+    fn counts_can_be_on_either_line() {
         for text in [
             "OFF\n# four corners\n4 1 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n4 0 1 2 3 255 0 0\n",
             "COFF 4 1 0\n0 0 0 9 9 9 9\n1 0 0\n1 1 0\n0 1 0\n\n4 0 1 2 3\n",

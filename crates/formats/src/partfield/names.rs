@@ -4,7 +4,7 @@ use partprobe_carrier::sha256_hex;
 use std::collections::BTreeMap;
 
 /// Names that the inference script skips.
-const PASSED_OVER: [&str; 2] = ["car", "complex-car"];
+const SKIPPED_NAMES: [&str; 2] = ["car", "complex-car"];
 
 /// Longer names are cut, so that `part_feat_<uid>_0_batch.npy` is a file name on any system.
 const MAX_CHARS: usize = 120;
@@ -28,7 +28,7 @@ pub fn partfield_names(ids: &[&str]) -> Vec<String> {
     let unique = |(name, id): (String, &&str)| {
         let lower = name.to_lowercase();
         let is_unique = n_of_name.get(&lower) == Some(&1);
-        let is_kept = !lower.is_empty() && !PASSED_OVER.contains(&lower.as_str());
+        let is_kept = !lower.is_empty() && !SKIPPED_NAMES.contains(&lower.as_str());
         let is_whole = name.len() <= MAX_CHARS;
         if is_unique && is_kept && is_whole {
             return name;
@@ -65,7 +65,7 @@ mod tests {
     }
 
     #[test]
-    fn digits_tell_equal_names_apart_in_any_order() {
+    fn digits_distinguish_equal_names_in_any_order() {
         let names = partfield_names(&["a_b", "A.b", "c"]);
         check(&["c", "A.b", "a_b"], &["c", &names[1], &names[0]]);
         assert!(names[0].starts_with("a-b-") && names[1].starts_with("A-b-"));
@@ -82,7 +82,7 @@ mod tests {
                 "{name}"
             );
             assert!(name.chars().all(|c| c.is_ascii_alphanumeric() || c == '-'));
-            assert!(!PASSED_OVER.contains(&name.as_str()));
+            assert!(!SKIPPED_NAMES.contains(&name.as_str()));
         }
     }
 }

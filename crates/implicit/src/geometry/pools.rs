@@ -190,10 +190,10 @@ mod tests {
         mesh.triangles.truncate(mesh.triangles.len() * 2 / 3);
         mesh.tri_face.truncate(mesh.triangles.len());
         let reference = Reference::new(&mesh).unwrap();
-        let told = Pools::new(&reference, SIZES, "bowl").unwrap_err();
+        let message = Pools::new(&reference, SIZES, "bowl").unwrap_err();
         assert!(
-            matches!(told, ReferenceError::Open { percent } if percent > 2.0),
-            "{told}"
+            matches!(message, ReferenceError::Open { percent } if percent > 2.0),
+            "{message}"
         );
     }
 }

@@ -116,10 +116,14 @@ fn node_of(corners: &[[Point; 3]], first: usize) -> Node {
         true => moment.map(|x| x / area),
         false => centroid(corners[0]),
     };
-    let apart = |corner: &Point| norm(subtract(*corner, center));
+    let from_center = |corner: &Point| norm(subtract(*corner, center));
     Node {
         center,
-        radius: corners.iter().flatten().map(apart).fold(0.0, f64::max),
+        radius: corners
+            .iter()
+            .flatten()
+            .map(from_center)
+            .fold(0.0, f64::max),
         dipole,
         first: first as u32,
         n_triangles: corners.len() as u32,

@@ -102,7 +102,7 @@ mod tests {
             let trunk: Trunk = name.parse().unwrap();
             assert_eq!((trunk.name(), trunk.n_parameters()), (name, expected));
         }
-        let told = "siren".parse::<Trunk>().unwrap_err().to_string();
-        assert!(told.contains("siren-128x4"), "{told}");
+        let message = "siren".parse::<Trunk>().unwrap_err().to_string();
+        assert!(message.contains("siren-128x4"), "{message}");
     }
 }

@@ -15,7 +15,7 @@ const NEIGHBORS: usize = 16;
 /// The cosine of the largest angle between the normals of neighbors, 30°.
 const MIN_COSINE: f32 = 0.866_025_4;
 /// The approximate number of points whose neighbors are compared. They are evenly spaced in the sample.
-const ASKED: usize = 20_000;
+const N_COMPARED: usize = 20_000;
 /// The distance above and below the surface at which labels are compared, in units of the longest side.
 const OFFSET: f32 = 0.005;
 
@@ -25,9 +25,9 @@ const OFFSET: f32 = 0.005;
 #[must_use]
 pub fn cons_knn(sample: &PointSample, labels: &[u32]) -> f64 {
     let grid = Grid::new(sample);
-    let step = (sample.points.len() / ASKED).max(1);
-    let asked: Vec<usize> = (0..sample.points.len()).step_by(step).collect();
-    let fractions: Vec<Option<f64>> = asked
+    let step = (sample.points.len() / N_COMPARED).max(1);
+    let compared: Vec<usize> = (0..sample.points.len()).step_by(step).collect();
+    let fractions: Vec<Option<f64>> = compared
         .par_iter()
         .map(|&point| {
             let neighbors = grid.neighbors(point);

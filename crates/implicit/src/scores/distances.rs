@@ -94,9 +94,9 @@ struct Direction {
 fn direction(sample: &PointSample, nearest: &[Nearest], mesh: &Mesh, side: f64) -> Direction {
     let (mut distance, mut near, mut normals) = (0.0, 0.0, 0.0);
     for (nearest, normal) in nearest.iter().zip(&sample.normals) {
-        let apart = nearest.distance / side;
-        distance += apart;
-        near += f64::from(u8::from(apart <= NEAR));
+        let relative_distance = nearest.distance / side;
+        distance += relative_distance;
+        near += f64::from(u8::from(relative_distance <= NEAR));
         let other = partprobe_carrier::unit_normal(mesh.corners(nearest.item as usize));
         normals += dot(normal.map(f64::from), other).abs();
     }

@@ -51,9 +51,9 @@ impl Task {
         let factors = &shared.factors;
         let outputs = self.main.outputs.iter().zip(&mut self.main.by_output);
         for ((&output, by_output), &point) in outputs.zip(&block.points) {
-            let apart = beyond(0.5 * output, 0.5 * distances[point as usize]);
-            *by_output = 0.5 * factors.off_surface as f32 * sign(apart);
-            self.losses.off_surface += f64::from(apart.abs()) * factors.means.off_surface;
+            let excess = beyond(0.5 * output, 0.5 * distances[point as usize]);
+            *by_output = 0.5 * factors.off_surface as f32 * sign(excess);
+            self.losses.off_surface += f64::from(excess.abs()) * factors.means.off_surface;
         }
     }
 }

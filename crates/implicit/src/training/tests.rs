@@ -279,15 +279,15 @@ fn all_losses_fall() {
 #[test]
 fn labels_that_cannot_supervise_are_refused() {
     let pools = pools();
-    let told = |labels: Vec<i32>| PointLabels::new(labels, &pools).unwrap_err();
+    let message = |labels: Vec<i32>| PointLabels::new(labels, &pools).unwrap_err();
     assert_eq!(
-        told(vec![0; 3]),
+        message(vec![0; 3]),
         LabelError::Length {
             n_labels: 3,
             n_points: 400
         }
     );
-    assert_eq!(told(vec![-1; 400]), LabelError::Nothing);
+    assert_eq!(message(vec![-1; 400]), LabelError::Nothing);
     let mut uneven = vec![2; 400];
     uneven[0] = 0;
     let labels = PointLabels::new(uneven, &pools).unwrap();

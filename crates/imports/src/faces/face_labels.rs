@@ -53,7 +53,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_are_numbers_however_they_are_written() {
+    fn numbers_are_read_in_any_notation() {
         for (text, expected) in [
             ("7", Some("7")),
             (" 7.000e+00 ", Some("7")),

@@ -78,7 +78,7 @@ pub(super) fn join(
         };
     }
 
-    let stated = stated_by(entries)?;
+    let stored_keys = keys_of_entries(entries)?;
     // A file may have labels for only some of its solids.
     let may_be_elsewhere = entries.len() > 1 || is_solid(&carrier.meta().id);
     let own: Vec<(usize, &KeyedLabels)> = keyed_entries(entries)
@@ -87,11 +87,11 @@ pub(super) fn join(
     if own.is_empty() {
         return Err(JoinProblem::NoLabels);
     }
-    let keyed = put_together(&own, scope, background);
-    match (by, stated) {
+    let keyed = merged_entries(&own, scope, background);
+    match (by, stored_keys) {
         (JoinBy::Auto, JoinBy::Auto) => by_any(faces, &keyed),
-        (JoinBy::Auto, stated) => joined_by(faces, &keyed, stated)?.ensure_matched(),
-        (asked, _) => joined_by(faces, &keyed, asked)?.ensure_matched(),
+        (JoinBy::Auto, stored_keys) => joined_by(faces, &keyed, stored_keys)?.ensure_matched(),
+        (requested, _) => joined_by(faces, &keyed, requested)?.ensure_matched(),
     }
 }
 
@@ -100,7 +100,7 @@ fn refused(reason: String) -> JoinProblem {
 }
 
 /// The kind of keys that the entries name.
-fn stated_by(entries: &[FaceLabels]) -> Result<JoinBy, JoinProblem> {
+fn keys_of_entries(entries: &[FaceLabels]) -> Result<JoinBy, JoinProblem> {
     let of_entry = |entry: &FaceLabels| match entry {
         FaceLabels::InOrder(_) => JoinBy::Order,
         FaceLabels::Keyed(_) => JoinBy::Auto,
@@ -137,7 +137,7 @@ fn name_a_face(keyed: &KeyedLabels, faces: &[Face]) -> bool {
     found.iter().flatten().any(|faces| !faces.is_empty())
 }
 
-fn put_together(
+fn merged_entries(
     entries: &[(usize, &KeyedLabels)],
     scope: Scope,
     background: Option<&str>,

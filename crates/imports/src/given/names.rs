@@ -104,7 +104,7 @@ mod tests {
     }
 
     #[test]
-    fn clouds_are_told_from_other_texts() {
+    fn clouds_are_distinguished_from_other_texts() {
         for text in ["0 1 2\n", "\n-1e3,2.5;7 0 0 1 4\r\n", "1 2 3 4.5e"] {
             assert!(holds_rows_of_numbers(text.as_bytes()), "{text}");
         }

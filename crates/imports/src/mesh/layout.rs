@@ -56,7 +56,7 @@ fn last_folder(path: &str) -> &str {
 }
 
 /// The path of the mesh that a tool writes next to its labels.
-pub(super) fn mesh_beside(labels: &str) -> Option<String> {
+pub(super) fn mesh_next_to(labels: &str) -> Option<String> {
     let folder = labels.strip_suffix(P3_SAM_LABELS)?;
     Some(format!("{folder}{P3_SAM_MESH}"))
 }
@@ -90,9 +90,9 @@ mod tests {
         check("bolt/auto_mask_mesh_final.ply", None, None);
         check("bolt/results/5000/mesh_0.0.ply", None, None);
         assert_eq!(
-            mesh_beside("a/bolt/auto_mask_mesh_final_face_ids.npy").as_deref(),
+            mesh_next_to("a/bolt/auto_mask_mesh_final_face_ids.npy").as_deref(),
             Some("a/bolt/auto_mask_mesh_final.ply")
         );
-        assert_eq!(mesh_beside("a/bolt.npy"), None);
+        assert_eq!(mesh_next_to("a/bolt.npy"), None);
     }
 }

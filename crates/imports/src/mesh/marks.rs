@@ -54,7 +54,7 @@ pub(super) enum AtPaletteLimit {
 #[derive(Clone, Debug)]
 pub(super) struct MarkChoice {
     /// The title of the chosen mark, or `None` to find it.
-    pub(super) wanted: Option<String>,
+    pub(super) requested: Option<String>,
     pub(super) at_palette_limit: AtPaletteLimit,
     /// The color of triangles without a label, if there is one.
     pub(super) unlabeled: Option<Color>,
@@ -73,8 +73,8 @@ impl MarkChoice {
     /// # Errors
     /// If no mark of the file is a label, several marks may be labels, or there are as many colors as in a palette.
     pub(super) fn labels(&self, marked: &MarkedMesh) -> Result<MarkLabels, String> {
-        let chosen = match &self.wanted {
-            Some(title) => self.wanted(marked, title)?,
+        let chosen = match &self.requested {
+            Some(title) => self.mark_named(marked, title)?,
             None => self.only_candidate(marked)?,
         };
         self.check_palette(chosen)?;
@@ -84,11 +84,11 @@ impl MarkChoice {
         })
     }
 
-    fn wanted<'a>(&self, marked: &'a MarkedMesh, wanted: &str) -> Result<&'a Mark, String> {
-        let found = marked.marks.iter().find(|mark| title(mark) == wanted);
+    fn mark_named<'a>(&self, marked: &'a MarkedMesh, requested: &str) -> Result<&'a Mark, String> {
+        let found = marked.marks.iter().find(|mark| title(mark) == requested);
         found.ok_or_else(|| {
             format!(
-                "there is no `{wanted}` in the file, which has {}; choose one of them with the key `labels_from`",
+                "there is no `{requested}` in the file, which has {}; choose one of them with the key `labels_from`",
                 titles(&marked.marks)
             )
         })
@@ -96,9 +96,9 @@ impl MarkChoice {
 
     fn only_candidate<'a>(&self, marked: &'a MarkedMesh) -> Result<&'a Mark, String> {
         let (labels, others) = candidates(&marked.marks);
-        let among = if labels.is_empty() { others } else { labels };
+        let remaining = if labels.is_empty() { others } else { labels };
         let mut dividing: Vec<(&Mark, Vec<i32>)> = Vec::new();
-        for mark in &among {
+        for mark in &remaining {
             let labels = numbered(&self.labels_of(mark, &marked.mesh)?);
             if labels.iter().any(|&label| label != labels[0]) {
                 dividing.push((mark, labels));
@@ -106,7 +106,7 @@ impl MarkChoice {
         }
 
         let Some((first, division)) = dividing.first() else {
-            let undivided = among.first().copied();
+            let undivided = remaining.first().copied();
             return undivided.ok_or_else(|| {
                 format!(
                     "nothing in the file is known as a label; it has {}; name a property with the key `labels_from`",
@@ -296,17 +296,17 @@ mod tests {
     const BLUE: Color = [0, 0, 65535];
     const BLACK: Color = [0; 3];
 
-    fn choice(wanted: Option<&str>) -> MarkChoice {
+    fn choice(requested: Option<&str>) -> MarkChoice {
         MarkChoice {
-            wanted: wanted.map(str::to_owned),
+            requested: requested.map(str::to_owned),
             at_palette_limit: AtPaletteLimit::Refuse,
             unlabeled: Some(BLACK),
         }
     }
 
     #[track_caller]
-    fn check(wanted: Option<&str>, marks: &[Mark], title: &str, labels: [i32; 2]) {
-        let found = choice(wanted).labels(&square(marks.to_vec())).unwrap();
+    fn check(requested: Option<&str>, marks: &[Mark], title: &str, labels: [i32; 2]) {
+        let found = choice(requested).labels(&square(marks.to_vec())).unwrap();
         assert_eq!(
             (found.title.as_str(), found.labels),
             (title, labels.to_vec())
@@ -314,8 +314,10 @@ mod tests {
     }
 
     #[track_caller]
-    fn check_refused(wanted: Option<&str>, marks: &[Mark], expected: &str) {
-        let reason = choice(wanted).labels(&square(marks.to_vec())).unwrap_err();
+    fn check_refused(requested: Option<&str>, marks: &[Mark], expected: &str) {
+        let reason = choice(requested)
+            .labels(&square(marks.to_vec()))
+            .unwrap_err();
         assert!(reason.contains(expected), "{reason}");
     }
 

@@ -49,7 +49,7 @@ fn ending(path: &str) -> String {
 /// mesh is not changed. There is no doubt about the units, because the boxes differ by a factor of 1000.
 pub(super) fn in_millimeters(carrier: &Carrier, mesh: Mesh) -> (Mesh, Option<&'static str>) {
     let own = bounding_box(&carrier.mesh().vertices);
-    let other = bounding_box(&mesh.vertices).map(|[low, high]| turned_box(low, high));
+    let other = bounding_box(&mesh.vertices).map(|[low, high]| box_from_gltf(low, high));
     let is_gltf = own
         .zip(other)
         .is_some_and(|([low, high], [other_low, other_high])| {
@@ -76,7 +76,7 @@ fn from_gltf([x, y, z]: Point) -> Point {
 }
 
 /// The box of the same points in millimeters with z up.
-fn turned_box(low: Point, high: Point) -> [Point; 2] {
+fn box_from_gltf(low: Point, high: Point) -> [Point; 2] {
     let [a, b] = [from_gltf(low), from_gltf(high)];
     [
         [0, 1, 2].map(|axis| a[axis].min(b[axis])),

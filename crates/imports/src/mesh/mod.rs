@@ -139,9 +139,11 @@ fn open_mesh(context: &SourceContext) -> Result<Box<dyn Import>, ImportError> {
 }
 
 fn mark_choice(context: &SourceContext) -> Result<MarkChoice, ImportError> {
-    let wanted = context.parameter("labels_from");
+    let requested = context.parameter("labels_from");
     Ok(MarkChoice {
-        wanted: wanted.filter(|&title| title != "auto").map(str::to_owned),
+        requested: requested
+            .filter(|&title| title != "auto")
+            .map(str::to_owned),
         at_palette_limit: parameters::choice(
             context,
             "at_palette_limit",
@@ -221,7 +223,7 @@ impl MeshLabels {
         labels: &str,
         bytes: &mut Vec<u8>,
     ) -> Result<Option<Mesh>, JoinProblem> {
-        let path = match (&self.meshes, layout::mesh_beside(labels)) {
+        let path = match (&self.meshes, layout::mesh_next_to(labels)) {
             (Some(meshes), _) => match meshes.of_shape(id) {
                 Ok(found) => one_path(&found)?,
                 Err(JoinProblem::NoLabels) => {
@@ -269,7 +271,7 @@ impl Import for MeshLabels {
             by += ", ";
             by += &note;
         }
-        Ok(joined.with_way(by))
+        Ok(joined.with_join_text(by))
     }
 
     fn entries(&self) -> Result<Vec<String>, ImportError> {

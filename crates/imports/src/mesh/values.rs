@@ -223,8 +223,8 @@ mod tests {
 
     #[test]
     fn masks_are_labels_if_they_do_not_overlap() {
-        let apart = [[true, false, false], [false, true, false]];
-        check(masks(&apart), Overlap::Refuse, Ok(&[0, 1, -1]));
+        let disjoint = [[true, false, false], [false, true, false]];
+        check(masks(&disjoint), Overlap::Refuse, Ok(&[0, 1, -1]));
         let nested = [
             [true, false, false],
             [true, true, true],

@@ -58,12 +58,12 @@ mod tests {
         };
         let found = agreement_by_area(&mesh, &labels, &reference);
         assert_eq!(found.is_some(), expected.is_some());
-        let apart = found.unwrap_or_default() - expected.unwrap_or_default();
-        assert!(apart.abs() < 1e-12, "{found:?}");
+        let difference = found.unwrap_or_default() - expected.unwrap_or_default();
+        assert!(difference.abs() < 1e-12, "{found:?}");
     }
 
     #[test]
-    fn equal_labelings_agree_and_one_label_says_nothing() {
+    fn equal_labelings_agree_and_a_single_label_is_not_informative() {
         check([0, 0, 1, 1], [5, 5, 2, 2], Some(1.0));
         check([3, 3, 3, 3], [0, 0, 0, 0], Some(1.0));
         check([3, 3, 3, 3], [0, 0, 1, 1], Some(0.0));

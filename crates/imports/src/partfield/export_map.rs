@@ -77,7 +77,7 @@ impl ExportedShape<'_> {
     }
 
     /// The mesh that PartField wrote, in millimeters and in the position of the carrier.
-    pub(super) fn in_place(&self, mesh: &Mesh) -> Mesh {
+    pub(super) fn in_carrier_position(&self, mesh: &Mesh) -> Mesh {
         let PartFieldShape { center, scale, .. } = self.shape;
         let placed =
             |vertex: &Point| std::array::from_fn(|axis| vertex[axis] / scale + center[axis]);

@@ -116,7 +116,7 @@ struct LevelFiles {
 }
 
 /// The relation of the triangles of PartField's mesh to the carrier.
-enum Way {
+enum MeshRelation {
     /// Each triangle is a tile of one triangle of the carrier.
     Tiles(Tiles),
     /// They are related by position. The note describes how the position was found.
@@ -170,32 +170,32 @@ impl PartField {
     }
 
     /// The relation of the triangles of the mesh to the carrier. The bytes of the map that determine it are appended to `bytes`.
-    fn way(
+    fn relation(
         &self,
         carrier: &Carrier,
         exported: Option<&ExportedShape<'_>>,
         mesh: Mesh,
         bytes: &mut Vec<u8>,
-    ) -> Result<Way, JoinProblem> {
+    ) -> Result<MeshRelation, JoinProblem> {
         let mut reason = None;
         if let (Some(map), Some(exported)) = (&self.map, exported) {
             let parents = map.parents_file(exported)?;
             bytes.extend(&parents);
             match Tiles::new(
                 carrier,
-                exported.in_place(&mesh),
+                exported.in_carrier_position(&mesh),
                 exported.parents(&parents)?,
             ) {
-                Ok(tiles) => return Ok(Way::Tiles(tiles)),
+                Ok(tiles) => return Ok(MeshRelation::Tiles(tiles)),
                 Err(found) => reason = Some(found),
             }
         }
-        let (mesh, rotation) = pose::in_place(carrier, mesh)?;
+        let (mesh, rotation) = pose::in_carrier_position(carrier, mesh)?;
         let note = match reason {
             Some(reason) => format!("{rotation} (not by the map: {reason})"),
             None => rotation.to_owned(),
         };
-        Ok(Way::Position { mesh, note })
+        Ok(MeshRelation::Position { mesh, note })
     }
 
     /// Joins one level, and measures its agreement with the STEP parts.
@@ -213,13 +213,13 @@ impl PartField {
         let carrier = shape.carrier;
         let parts = carrier.triangle_labels();
 
-        let (agreement, joined) = match &shape.way {
-            Way::Tiles(tiles) => {
+        let (agreement, joined) = match &shape.relation {
+            MeshRelation::Tiles(tiles) => {
                 let joined = tiles.join(carrier, labels.clone(), entries, hash)?;
                 let parts = tiles.labels_of_parents(parts.of_triangle());
                 (agreement_by_area(tiles.mesh(), &labels, &parts), joined)
             }
-            Way::Position { mesh, .. } => {
+            MeshRelation::Position { mesh, .. } => {
                 let joined = self
                     .joining
                     .join(carrier, &labels, Some(mesh), entries, hash)?;
@@ -235,7 +235,7 @@ impl PartField {
 /// The data that all levels of a shape have in common.
 struct ShapeResults<'a> {
     carrier: &'a Carrier,
-    way: Way,
+    relation: MeshRelation,
     /// The bytes that determine the way. They are hashed together with the labels.
     of_mesh: Vec<u8>,
     /// The names of all levels.
@@ -254,10 +254,10 @@ impl Import for PartField {
         let mut of_mesh = self.meshes.read(&mesh_path)?;
         let mesh =
             mesh_of(&mesh_path, &of_mesh).map_err(|reason| unreadable(&mesh_path, reason))?;
-        let way = self.way(carrier, exported.as_ref(), mesh, &mut of_mesh)?;
+        let relation = self.relation(carrier, exported.as_ref(), mesh, &mut of_mesh)?;
         let shape = ShapeResults {
             carrier,
-            way,
+            relation,
             of_mesh,
             names: files.names,
         };
@@ -275,12 +275,12 @@ impl Import for PartField {
             Level::Best => format!(", optimistic: the best of {n_levels} by the STEP parts"),
             _ => String::new(),
         };
-        let note = match &shape.way {
-            Way::Tiles(_) => "",
-            Way::Position { note, .. } => note,
+        let note = match &shape.relation {
+            MeshRelation::Tiles(_) => "",
+            MeshRelation::Position { note, .. } => note,
         };
         let by = format!("{}, level {level}{note}{optimistic}", joined.report.by);
-        Ok(joined.with_way(by))
+        Ok(joined.with_join_text(by))
     }
 
     fn entries(&self) -> Result<Vec<String>, ImportError> {

@@ -17,7 +17,10 @@ const N_VERIFIED: usize = 500;
 ///
 /// # Errors
 /// If no pose fits, or several rotations do.
-pub(super) fn in_place(carrier: &Carrier, mesh: Mesh) -> Result<(Mesh, &'static str), JoinProblem> {
+pub(super) fn in_carrier_position(
+    carrier: &Carrier,
+    mesh: Mesh,
+) -> Result<(Mesh, &'static str), JoinProblem> {
     let refused = |reason: &str| JoinProblem::Refused(reason.to_owned());
     let own = carrier.mesh();
     let surface = Surface::of_mesh(own).map_err(|error| JoinProblem::Refused(error.to_string()))?;

@@ -220,7 +220,7 @@ mod tests {
     }
 
     #[test]
-    fn only_a_tiling_is_believed() {
+    fn only_a_tiling_is_accepted() {
         check(|_, _| (), Ok(()));
         check(
             |tiles, _| {

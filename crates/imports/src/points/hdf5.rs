@@ -22,7 +22,7 @@ const NORMALS: &str = "normals";
 
 /// The data of a shape that are read.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Wanted<'a> {
+pub(super) enum Hdf5Request<'a> {
     /// Labels from this array, or from a known one, with positions if there are any.
     Labels(Option<&'a str>),
     /// Only positions and normals.
@@ -81,7 +81,7 @@ pub(super) fn rows_of_file(
 ///
 /// # Errors
 /// If it has several, or cannot be read.
-pub(super) fn cloud_of_file(bytes: Vec<u8>, wanted: Wanted<'_>) -> Result<Cloud, String> {
+pub(super) fn cloud_of_file(bytes: Vec<u8>, wanted: Hdf5Request<'_>) -> Result<Cloud, String> {
     let file = Hdf5File::open(bytes).map_err(text)?;
     Reader {
         file: &file,
@@ -94,7 +94,7 @@ pub(super) fn cloud_of_file(bytes: Vec<u8>, wanted: Wanted<'_>) -> Result<Cloud,
 ///
 /// # Errors
 /// If they cannot be read.
-pub(super) fn cloud_of_row(row: &Hdf5Row, wanted: Wanted<'_>) -> Result<Cloud, String> {
+pub(super) fn cloud_of_row(row: &Hdf5Row, wanted: Hdf5Request<'_>) -> Result<Cloud, String> {
     Reader {
         file: &row.file,
         row: Some(row.row),
@@ -114,14 +114,14 @@ struct Reader<'a> {
 
 impl Reader<'_> {
     /// Positions, normals and labels, if the file has them.
-    fn cloud(&self, wanted: Wanted<'_>) -> Result<Cloud, String> {
+    fn cloud(&self, wanted: Hdf5Request<'_>) -> Result<Cloud, String> {
         let names = self.file.names().map_err(text)?;
         let has = |name: &str| names.iter().any(|other| other == name);
         let labels = match wanted {
-            Wanted::Positions => None,
-            Wanted::Labels(None) => LABELS.into_iter().find(|name| has(name)),
-            Wanted::Labels(Some(name)) if has(name) => Some(name),
-            Wanted::Labels(Some(name)) => {
+            Hdf5Request::Positions => None,
+            Hdf5Request::Labels(None) => LABELS.into_iter().find(|name| has(name)),
+            Hdf5Request::Labels(Some(name)) if has(name) => Some(name),
+            Hdf5Request::Labels(Some(name)) => {
                 return Err(format!(
                     "there is no array `{name}` in the file, which has {}; choose one of them with the key `labels_from`",
                     names.join(", ")

@@ -16,7 +16,7 @@ use crate::parameters;
 use crate::position::ensure_same_position;
 use crate::shape_key::ShapeKey;
 pub(crate) use cloud::{Cloud, label_of};
-use hdf5::{Hdf5Row, Wanted, cloud_of_file, cloud_of_row, is_hdf5, rows_of_file};
+use hdf5::{Hdf5Request, Hdf5Row, cloud_of_file, cloud_of_row, is_hdf5, rows_of_file};
 use partprobe_carrier::{Carrier, IGNORE, sha256_hex};
 use partprobe_sources::{Origin, SourceContext, SourceFiles, SourceLabels};
 use partprobe_transfer::{Limits, NearestPoint, Surface};
@@ -150,7 +150,7 @@ impl PointLabels {
     fn loaded(
         entries: &Entries<Hdf5Row>,
         found: &[&Entry<Hdf5Row>],
-        wanted: Wanted<'_>,
+        wanted: Hdf5Request<'_>,
     ) -> Result<Loaded, JoinProblem> {
         let entry = only_one(found)?;
         let unreadable =
@@ -189,7 +189,7 @@ impl PointLabels {
             |name: &str, reason: String| JoinProblem::Unreadable(format!("{name}: {reason}"));
         let found = self.entries.of_shape(id)?;
         let names = found.iter().map(|entry| entry.name.clone()).collect();
-        let wanted = Wanted::Labels(self.labels_from.as_deref());
+        let wanted = Hdf5Request::Labels(self.labels_from.as_deref());
         let mut own = Self::loaded(&self.entries, &found, wanted)?;
 
         if let Some(positions) = &self.positions {
@@ -199,7 +199,7 @@ impl PointLabels {
                 ),
                 other => other,
             })?;
-            let other = Self::loaded(positions, &found, Wanted::Positions)?;
+            let other = Self::loaded(positions, &found, Hdf5Request::Positions)?;
             own.cloud
                 .take_positions(other.cloud)
                 .map_err(|reason| unreadable(&other.name, reason))?;

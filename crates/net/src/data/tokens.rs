@@ -390,7 +390,7 @@ mod tests {
     }
 
     #[test]
-    fn every_point_has_a_token_and_the_count_is_near_the_wanted_one() {
+    fn every_point_has_a_token_and_the_number_of_tokens_is_near_the_requested_one() {
         for n_tokens in [64, 512, 1024] {
             let tokens = tokenize(&plate(100, 0.05), n_tokens, Voxels::NormalKeyed).unwrap();
             assert_eq!(tokens.token_of_point.len(), 20_000);
@@ -414,7 +414,7 @@ mod tests {
     }
 
     #[test]
-    fn fewer_points_than_tokens_and_one_place_are_no_problem() {
+    fn fewer_points_than_tokens_and_equal_points_are_accepted() {
         let few = tokenize(&plate(3, 0.5), 1000, Voxels::NormalKeyed).unwrap();
         assert_eq!(few.n(), 18);
         let one = PointSample {

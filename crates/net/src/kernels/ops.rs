@@ -302,7 +302,7 @@ mod tests {
     }
 
     #[test]
-    fn a_convolution_sums_over_the_cells_that_are_there() {
+    fn a_convolution_sums_over_the_occupied_cells() {
         let (n, dim_in, dim_out) = (3, 2, 2);
         // Three offsets; 3 stands for an empty cell.
         let neighbors = [3, 0, 1, 0, 1, 2, 1, 2, 3];

@@ -117,7 +117,7 @@ mod tests {
     }
 
     #[test]
-    fn running_statistics_move_by_a_hundredth_and_rule_at_test_time() {
+    fn running_statistics_move_by_a_hundredth_and_are_used_at_test_time() {
         let norm = norm();
         let mut values = values(&norm);
         move_running_statistics(&shapes(&norm), &mut values, &[3.0, 0.0, 4.0, 16.0], |_| {

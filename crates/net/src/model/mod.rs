@@ -323,7 +323,7 @@ mod tests {
     }
 
     #[test]
-    fn attention_knows_where_tokens_are() {
+    fn attention_depends_on_the_positions_of_tokens() {
         let backbones = [
             BackboneConfig::Litept(LiteptConfig::default()),
             BackboneConfig::Ptx(PtxConfig::default()),
@@ -389,7 +389,7 @@ mod tests {
     }
 
     #[test]
-    fn embeddings_are_unit_rows_one_a_token() {
+    fn embeddings_are_one_unit_row_per_token() {
         for config in [net(), pointnet()] {
             let model = Model::init(&config, 1, Backend::Flex).unwrap();
             let embeddings = model.embed(&tokens()).unwrap();

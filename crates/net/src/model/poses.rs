@@ -103,7 +103,7 @@ mod tests {
     }
 
     #[test]
-    fn poses_stand_behind_each_other_and_share_the_length() {
+    fn rows_of_poses_are_concatenated_and_share_the_unit_length() {
         let (tokens, one) = embedded(1);
         let (same, three) = embedded(3);
         assert_eq!(tokens, same);

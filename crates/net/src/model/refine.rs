@@ -225,7 +225,7 @@ mod tests {
     }
 
     #[test]
-    fn threads_do_not_reach_the_result() {
+    fn the_result_does_not_depend_on_the_number_of_threads() {
         let rows = random_rows(500, 128, 3);
         let multiplicity = vec![3; 500];
         let with = |n_threads: usize| {

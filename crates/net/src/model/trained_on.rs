@@ -111,7 +111,7 @@ mod tests {
     }
 
     #[test]
-    fn weights_have_seen_what_their_initial_weights_had_seen() {
+    fn weights_record_the_training_shapes_of_their_initial_weights() {
         let keys = |name: &str| ShapeKeys::of([(name, name)]);
         let trained_on = TrainedOn {
             supervision: "step-parts".to_owned(),

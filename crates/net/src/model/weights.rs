@@ -425,7 +425,7 @@ mod tests {
     }
 
     #[test]
-    fn what_the_weights_were_learned_from_comes_back() {
+    fn the_training_data_of_weights_is_read_back() {
         let trained_on = TrainedOn {
             supervision: "step-parts".to_owned(),
             settings: crate::testing::settings(3),
@@ -444,7 +444,7 @@ mod tests {
     }
 
     #[test]
-    fn what_we_did_not_write_is_named() {
+    fn foreign_files_of_weights_are_named() {
         let with_metadata = |text: &str| {
             let none: [(&str, TensorView); 0] = [];
             let entries = HashMap::from([(METADATA_KEY.to_owned(), text.to_owned())]);

@@ -112,7 +112,7 @@ pub fn to_pointcept(file: &ModelFile) -> Result<PointceptState, PointceptError> 
         let (own, after) = rest.split_at(shape.len());
         rest = after;
         tensors.push(StateTensor {
-            name: map.theirs(&shape.name),
+            name: map.pointcept_name(&shape.name),
             dims: map.their_dims(shape),
             values: their_layout(shape, own),
         });
@@ -151,7 +151,7 @@ pub fn from_pointcept(
     let mut values = Vec::with_capacity(initial.len());
     let mut has_head = true;
     for shape in &shapes {
-        let name = map.theirs_below(&shape.name, &prefix);
+        let name = map.pointcept_name_below(&shape.name, &prefix);
         match tensors.remove(&name) {
             Some(tensor) => values.extend(our_values(shape, &map, tensor)?),
             None if is_head(&shape.name) => {

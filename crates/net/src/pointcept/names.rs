@@ -48,12 +48,12 @@ impl NameMap {
     }
 
     /// Their name of our tensor, in a segmentor.
-    pub(super) fn theirs(&self, ours: &str) -> String {
-        self.theirs_below(ours, BACKBONE)
+    pub(super) fn pointcept_name(&self, ours: &str) -> String {
+        self.pointcept_name_below(ours, BACKBONE)
     }
 
     /// Their name of our tensor, if the names of the backbone begin with `prefix`.
-    pub(super) fn theirs_below(&self, ours: &str, prefix: &str) -> String {
+    pub(super) fn pointcept_name_below(&self, ours: &str, prefix: &str) -> String {
         let (layer, field) = ours.rsplit_once('.').unwrap_or(("", ours));
         let field = match field {
             "running_variance" => "running_var",
@@ -109,7 +109,7 @@ fn replaced<'a>(pairs: &[(&'static str, &'static str)], layer: &'a str) -> &'a s
     pairs
         .iter()
         .find(|(ours, _)| *ours == layer)
-        .map_or(layer, |(_, theirs)| theirs)
+        .map_or(layer, |(_, pointcept_name)| pointcept_name)
 }
 
 pub(super) fn is_stem(ours: &str) -> bool {
@@ -121,8 +121,8 @@ pub(super) fn is_head(ours: &str) -> bool {
 }
 
 /// Whether one of their tensors only counts batches. The batch norms of PTv3 have a fixed momentum and do not read it.
-pub(super) fn is_counter(theirs: &str) -> bool {
-    theirs.ends_with(".num_batches_tracked")
+pub(super) fn is_counter(pointcept_name: &str) -> bool {
+    pointcept_name.ends_with(".num_batches_tracked")
 }
 
 /// # Shapes

@@ -27,7 +27,7 @@ fn read_again(state: &PointceptState) -> PointceptState {
 fn names_are_those_of_pointcept() {
     let stages = crate::model::backbones::Preset::Base.stages();
     let map = NameMap::new(&stages);
-    for (ours, theirs) in [
+    for (ours, exported) in [
         ("backbone.stem.conv.weight", "embedding.stem.conv.weight"),
         (
             "backbone.stem.norm.running_variance",
@@ -58,25 +58,25 @@ fn names_are_those_of_pointcept() {
             "dec.dec0.block0.mlp.0.fc2.weight",
         ),
     ] {
-        assert_eq!(map.theirs(ours), format!("backbone.{theirs}"));
-        assert_eq!(map.theirs_below(ours, ""), theirs);
+        assert_eq!(map.pointcept_name(ours), format!("backbone.{exported}"));
+        assert_eq!(map.pointcept_name_below(ours, ""), exported);
     }
-    assert_eq!(map.theirs("head.weight"), "partprobe_head.weight");
+    assert_eq!(map.pointcept_name("head.weight"), "partprobe_head.weight");
 }
 
 #[test]
 fn a_convolution_has_three_axes_of_cells_with_z_fastest() {
     let config = base_like();
     let state = to_pointcept(&file(&config)).unwrap().into_tensors();
-    let theirs = &state["backbone.embedding.stem.conv.weight"];
-    assert_eq!(theirs.dims, [32, 5, 5, 5, 6]);
+    let exported = &state["backbone.embedding.stem.conv.weight"];
+    assert_eq!(exported.dims, [32, 5, 5, 5, 6]);
     let shapes = parameters::shapes(Model::init(&config, 3, Backend::Flex).unwrap().network());
     let ours = file(&config).model.values();
     assert_eq!(shapes[0].name, "backbone.stem.conv.weight");
     // Cell (1, 2, 3), input channel 4, output channel 7.
     let cell = (5 + 2) * 5 + 3;
     let theirs_at = (((7 * 5 + 1) * 5 + 2) * 5 + 3) * 6 + 4;
-    assert_eq!(ours[(cell * 6 + 4) * 32 + 7], theirs.values[theirs_at]);
+    assert_eq!(ours[(cell * 6 + 4) * 32 + 7], exported.values[theirs_at]);
 }
 
 #[test]
@@ -124,30 +124,32 @@ fn a_backbone_is_found_under_any_prefix_and_its_head_is_new() {
 #[test]
 fn what_does_not_fit_is_named() {
     let config = base_like();
-    let told = |state: PointceptState, config: Option<&NetConfig>| {
+    let message = |state: PointceptState, config: Option<&NetConfig>| {
         from_pointcept(state, config, 0, Backend::Flex)
             .unwrap_err()
             .to_string()
     };
-    assert!(told(foreign("", &[]), None).contains("--backbone base"));
+    assert!(message(foreign("", &[]), None).contains("--backbone base"));
     let table = foreign("", &[("enc.enc0.block0.attn.rpe.rpe_table", &[3, 2])]);
     assert!(
-        told(table, Some(&config))
+        message(table, Some(&config))
             .contains("`enc.enc0.block0.attn.rpe.rpe_table` has no counterpart")
     );
     let two = foreign("a.", &[("b.embedding.stem.conv.weight", &[1])]);
-    assert!(told(two, Some(&config)).contains("holds 2 backbones: a., b."));
+    assert!(message(two, Some(&config)).contains("holds 2 backbones: a., b."));
     let none = PointceptState::new(Vec::new(), None);
-    assert!(told(none, Some(&config)).contains("no tensor ends in `embedding.stem.conv.weight`"));
+    assert!(
+        message(none, Some(&config)).contains("no tensor ends in `embedding.stem.conv.weight`")
+    );
     let mut larger = config.clone();
     if let BackboneConfig::Ptv3(ptv3) = &mut larger.backbone {
         ptv3.preset = crate::model::backbones::Preset::Base;
     }
     assert!(
-        told(foreign("", &[]), Some(&larger)).contains("is it the size that --backbone names?")
+        message(foreign("", &[]), Some(&larger)).contains("is it the size that --backbone names?")
     );
     let colors = foreign("", &[("embedding.stem.conv.weight", &[32, 5, 5, 5, 9])]);
-    assert!(told(colors, Some(&config)).contains("the stem reads 9 channels"));
+    assert!(message(colors, Some(&config)).contains("the stem reads 9 channels"));
 }
 
 #[test]
@@ -171,8 +173,8 @@ fn settings_without_a_counterpart_are_refused_by_their_key() {
             as_pointcept(ptv3);
             change(ptv3);
         });
-        let told = to_pointcept(&file(&config)).unwrap_err().to_string();
-        assert!(told.starts_with(&format!("{key}: PTv3 ")), "{told}");
+        let message = to_pointcept(&file(&config)).unwrap_err().to_string();
+        assert!(message.starts_with(&format!("{key}: PTv3 ")), "{message}");
     }
 }
 

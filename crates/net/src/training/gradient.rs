@@ -109,7 +109,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn terms_are_added_in_their_order_whenever_they_come() {
+    fn terms_are_added_in_order_for_any_arrival() {
         // In f32, 1 + 1e8 − 1e8 is 0 and 1e8 − 1e8 + 1 is 1.
         let terms = [Some(vec![1e8f32]), None, Some(vec![-1e8]), Some(vec![1.0])];
         for arrival in [[0, 1, 2, 3], [3, 2, 1, 0], [3, 0, 2, 1]] {

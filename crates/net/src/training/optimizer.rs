@@ -244,7 +244,7 @@ mod tests {
     }
 
     #[test]
-    fn a_cosine_rises_in_a_line_and_ends_where_it_is_told() {
+    fn a_cosine_warms_up_linearly_and_ends_at_the_given_rate() {
         let schedule = ScheduleConfig::Cosine {
             warmup_fraction: 0.1,
             final_fraction: 0.2,

@@ -72,7 +72,7 @@ fn training_lowers_the_loss_and_beats_the_untrained_network() {
 }
 
 #[test]
-fn the_number_of_threads_does_not_reach_the_bytes() {
+fn the_bytes_do_not_depend_on_the_number_of_threads() {
     let mut settings = settings(3);
     settings.train.batch_shapes = 3;
     let bytes = |n_threads| train(&boxes(), &settings, n_threads).checkpoint().unwrap();
@@ -106,7 +106,7 @@ fn a_resumed_training_ends_with_the_same_bytes() {
 }
 
 #[test]
-fn labels_reach_neither_the_order_nor_the_initial_weights() {
+fn the_order_and_the_initial_weights_do_not_depend_on_labels() {
     let shapes = boxes();
     let mut relabeled = shapes.clone();
     relabeled
@@ -377,7 +377,7 @@ fn fitted(
 }
 
 #[test]
-fn fit_makes_the_same_updates_as_single_steps_and_ends_when_told() {
+fn fit_makes_the_same_updates_as_single_steps_and_stops_on_request() {
     let shapes = boxes();
     for accumulate in [1, 2] {
         let mut settings = settings(4);
@@ -392,7 +392,7 @@ fn fit_makes_the_same_updates_as_single_steps_and_ends_when_told() {
 }
 
 #[test]
-fn a_faulty_training_is_told_from_a_sound_one() {
+fn a_faulty_training_is_distinguished_from_a_correct_one() {
     let (shapes, settings) = (boxes(), settings(2));
     let trained = |fault| fitted(&shapes, &settings, 2, fault);
     let sound = trained(None);

@@ -61,7 +61,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn results_stand_in_the_order_of_the_jobs() {
+    fn results_are_in_the_order_of_the_jobs() {
         for n_threads in [0, 1, 2, 7] {
             let workers = Workers::new(n_threads).unwrap();
             let jobs: Vec<u64> = (0..20).map(|k| 20 - k).collect();

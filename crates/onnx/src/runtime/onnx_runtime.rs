@@ -131,7 +131,7 @@ fn load(library: &str) -> Result<Library, OnnxError> {
         Some(same) if same.path == path => return Ok(same.clone()),
         Some(other) => {
             return Err(OnnxError::OtherLibrary {
-                asked: library.to_owned(),
+                requested: library.to_owned(),
                 loaded: other.path.display().to_string(),
             });
         }

@@ -38,7 +38,7 @@ pub(super) fn nut(builder: &mut PartBuilder) {
     let bored = Profile::circle([0.0; 2], bore, builder.circle).reversed();
     let low = block.levels[0];
     let high = low + host.depth;
-    // Both mouths are countersunk; seen from below the bore narrows, then widens again.
+    // Both ends are countersunk: from bottom to top, the bore becomes narrower and then wider again.
     let path = match builder.chance(0.6) {
         true => Path::at(low)
             .by(mouth, mouth)
@@ -88,7 +88,10 @@ pub(super) fn knob(builder: &mut PartBuilder) {
         let socket = draw_hole(builder, &end, 0.4 * inner);
         socket.place(&mut builder.shell, &end, [0.0; 2]);
     }
-    if let Some(top) = block.top_host(&plane).filter(|_| builder.wanted() > 1) {
+    if let Some(top) = block
+        .top_host(&plane)
+        .filter(|_| builder.n_missing_parts() > 1)
+    {
         let top = Host {
             depth: 0.4 * height,
             through: None,
@@ -145,7 +148,7 @@ impl EnclosureShape {
         }
     }
 
-    /// Up the outside, over the rim and down the inside to the floor, perhaps with a fillet there.
+    /// The path goes up the outside, over the rim and down the inside to the floor, sometimes with a fillet at the floor.
     fn path(&self, builder: &mut PartBuilder) -> Path {
         let inside = up_outside(builder, self.height, self.wall).by(-0.5 * self.wall, 0.0);
         match self.is_round && builder.chance(0.5) {
@@ -161,7 +164,7 @@ impl EnclosureShape {
         }
     }
 
-    /// Adds standoffs with equal holes in a grid on the floor, as long as features are wanted.
+    /// Adds a grid of standoffs with equal holes to the floor, until the target number of parts is reached.
     fn add_standoffs(&self, builder: &mut PartBuilder, floor: &Host) {
         let margin = self.wall + if self.is_round { self.corner } else { 1.0 };
         let (centers, room) = cells(
@@ -178,7 +181,7 @@ impl EnclosureShape {
         );
         let mut hole = None;
         for center in centers {
-            if builder.wanted() < 2 {
+            if builder.n_missing_parts() < 2 {
                 break;
             }
             let Some(top) = standoff.place(&mut builder.shell, floor, center) else {
@@ -190,7 +193,7 @@ impl EnclosureShape {
     }
 }
 
-/// The outside of a box: straight, with a lip, or split in two.
+/// The path up the outside of a box: straight, with a lip, or split in two.
 fn up_outside(builder: &mut PartBuilder, height: f64, wall: f64) -> Path {
     match builder.count(0, 2) {
         0 => Path::at(0.0).by(0.0, height),
@@ -202,7 +205,7 @@ fn up_outside(builder: &mut PartBuilder, height: f64, wall: f64) -> Path {
     }
 }
 
-/// A block with features on several of its faces, none deep enough to meet another.
+/// A block with features on several of its faces. No feature is deep enough to meet another one.
 pub(super) fn manifold(builder: &mut PartBuilder) {
     let size = [
         builder.length(25.0, 80.0),
@@ -239,11 +242,11 @@ pub(super) fn manifold(builder: &mut PartBuilder) {
     let first = builder.count(0, 4) as usize;
     hosts.rotate_left(first);
     for (host, [width, height]) in hosts {
-        if builder.wanted() > 2 {
+        if builder.n_missing_parts() > 2 {
             furnish(builder, &host, [reach; 2], [width - reach, height - reach]);
         }
     }
-    if builder.wanted() > 4 {
+    if builder.n_missing_parts() > 4 {
         add_feet(builder, &block.bottom_host(&plane), size);
     }
 }
@@ -259,7 +262,7 @@ fn add_feet(builder: &mut PartBuilder, host: &Host, size: [f64; 3]) {
         0.0,
     );
     for i in 0..n {
-        // The bottom's y axis runs against the block's.
+        // The y axis of the bottom is opposite to that of the block.
         let [x, y] = polar([0.0; 2], circle, TAU * f64::from(i) / f64::from(n));
         foot.place(
             &mut builder.shell,

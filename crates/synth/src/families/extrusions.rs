@@ -28,7 +28,7 @@ fn furnish_wall(builder: &mut PartBuilder, profile: &Profile, wall: Wall, faces:
     }
 }
 
-/// A straight wall of an extrusion that takes features.
+/// A straight wall of an extrusion on which features are placed.
 #[derive(Clone, Copy)]
 struct Wall {
     side: usize,
@@ -62,7 +62,7 @@ pub(super) fn bracket(builder: &mut PartBuilder) {
     let plane = builder.plane;
     let block = builder.block(&plane, &profile, &up(width, Rim::Sharp));
     let walls = &block.swept.walls[0];
-    // A rounded first corner puts an arc before the foot's underside.
+    // If the first corner is rounded, its arc comes before the underside of the foot.
     let shift = usize::from(bend > 0.0);
     let margin = bend.max(fillet).min(0.3 * width) * 0.5 + 1.0;
     let inner_foot = Wall {
@@ -80,12 +80,12 @@ pub(super) fn bracket(builder: &mut PartBuilder) {
         margin,
     };
     furnish_leg(builder, &profile, inner_foot, walls, bend.max(fillet));
-    if builder.wanted() > 2 {
+    if builder.n_missing_parts() > 2 {
         furnish_leg(builder, &profile, inner_leg, walls, bend.max(fillet));
     }
 }
 
-/// Puts features on the inner face of a leg, at a distance from the bend.
+/// Puts features on the inner face of a leg, away from the bend.
 fn furnish_leg(
     builder: &mut PartBuilder,
     profile: &Profile,
@@ -100,7 +100,7 @@ fn furnish_leg(
         through: wall.behind.map(|side| faces[side]),
     };
     let length = profile.side(wall.side).length() - bend;
-    // The inner foot runs towards the bend, the inner leg away from it.
+    // The side of the inner foot runs towards the bend, that of the inner leg away from it.
     let runs_away = profile.side(wall.side - 1).side != &Side::Line;
     let start = if runs_away { bend } else { wall.margin };
     let end = if runs_away {
@@ -150,7 +150,7 @@ pub(super) fn channel(builder: &mut PartBuilder) {
     furnish_wall(builder, &profile, underside, &walls);
 }
 
-/// The corners of a section, and which of them are inner ones.
+/// The corners of a section, and which of them are inner corners.
 struct Section {
     corners: [Planar; 8],
     inner: [usize; 2],
@@ -167,7 +167,7 @@ impl Section {
     }
 }
 
-/// A U whose walls have thickness `t`; `w` and `h` are its width and height.
+/// A U whose walls have thickness `t`. `w` and `h` are its width and height.
 fn u_section(w: f64, h: f64, t: f64) -> Section {
     Section {
         corners: [
@@ -184,7 +184,7 @@ fn u_section(w: f64, h: f64, t: f64) -> Section {
     }
 }
 
-/// A T that stands on its bar; `h` is the height of its stem.
+/// A T that stands on its bar. `h` is the height of its stem.
 fn t_section(w: f64, h: f64, t: f64) -> Section {
     let middle = w / 2.0;
     let right = middle + t / 2.0;
@@ -221,7 +221,7 @@ fn z_section(w: f64, h: f64, t: f64) -> Section {
     }
 }
 
-/// A staircase with steps of different sizes; risers and treads may be split.
+/// A staircase with steps of different sizes. Risers and treads may be split.
 pub(super) fn stair(builder: &mut PartBuilder) {
     let n_steps = builder.count(2, 6);
     let (width, mut x, mut y) = (builder.length(15.0, 60.0), 0.0, 0.0);
@@ -260,7 +260,7 @@ pub(super) fn stair(builder: &mut PartBuilder) {
     }
 }
 
-/// A comb of fins on a base, some with drafted or stepped fins.
+/// A row of fins on a base. Some heat sinks have drafted or stepped fins.
 pub(super) fn heat_sink(builder: &mut PartBuilder) {
     let n_fins = builder.count(2, 9);
     let fin = builder.length(1.5, 4.0);
@@ -332,7 +332,7 @@ pub(super) fn gear(builder: &mut PartBuilder) {
     bore.place(&mut builder.shell, &host, [0.0; 2]);
 }
 
-/// A cam plate: a profile of splines or scallops, drilled and sometimes stepped.
+/// A cam plate with a profile of splines or scallops. It is drilled and sometimes stepped.
 pub(super) fn cam(builder: &mut PartBuilder) {
     let radius = builder.length(15.0, 40.0);
     let thickness = builder.length(4.0, 15.0);

@@ -7,7 +7,7 @@ use crate::path::{Leaves, Path};
 use crate::profile::Profile;
 use std::f64::consts::{PI, TAU};
 
-/// A path up a wall of this height, with its upper edge finished.
+/// A path up a wall of this height, with this finish of its upper edge.
 pub(super) fn up(height: f64, rim: Rim) -> Path {
     match rim {
         Rim::Sharp => Path::at(0.0).by(0.0, height),
@@ -21,7 +21,7 @@ pub(super) fn up(height: f64, rim: Rim) -> Path {
     }
 }
 
-/// A finish of an upper edge that takes at most this much.
+/// Draws a finish of an upper edge that removes at most this length.
 pub(super) fn draw_rim(builder: &mut PartBuilder, most: f64) -> Rim {
     let size = builder.fraction(0.3, 1.0) * most;
     match builder.count(0, 5) {
@@ -32,7 +32,7 @@ pub(super) fn draw_rim(builder: &mut PartBuilder, most: f64) -> Rim {
     }
 }
 
-/// Fills a rectangle of a host with rows of features, until enough parts are drawn.
+/// Fills a rectangle of a host with rows of features, until the target number of parts is reached.
 pub(super) fn furnish(builder: &mut PartBuilder, host: &Host, low: Planar, high: Planar) {
     let shorter = (high[0] - low[0]).min(high[1] - low[1]);
     let (nx, ny) = (
@@ -42,7 +42,7 @@ pub(super) fn furnish(builder: &mut PartBuilder, host: &Host, low: Planar, high:
     let (centers, room) = cells(low, high, [nx, ny]);
     let repeated = builder.chance(0.6).then(|| draw_any(builder, host, room));
     for center in centers {
-        if builder.wanted() < 2 {
+        if builder.n_missing_parts() < 2 {
             break;
         }
         if builder.chance(0.85) {
@@ -50,14 +50,16 @@ pub(super) fn furnish(builder: &mut PartBuilder, host: &Host, low: Planar, high:
                 .clone()
                 .unwrap_or_else(|| draw_any(builder, host, room));
             let floor = feature.place(&mut builder.shell, host, center);
-            if let Some(floor) = floor.filter(|_| repeated.is_none() && builder.wanted() > 2) {
+            if let Some(floor) =
+                floor.filter(|_| repeated.is_none() && builder.n_missing_parts() > 2)
+            {
                 pierce(builder, &floor, 0.9 * feature.end_room());
             }
         }
     }
 }
 
-/// How many cells fit along a length, of about the width of the shorter side or half of it.
+/// Draws the number of cells along a length. A cell is about as long as the shorter side, or half of it.
 fn along(builder: &mut PartBuilder, length: f64, shorter: f64) -> u32 {
     let longest = (length / shorter * 1.5).clamp(1.0, 4.0);
     builder.count(1, longest as u32 + 1)
@@ -71,7 +73,7 @@ fn draw_any(builder: &mut PartBuilder, host: &Host, room: f64) -> Feature {
     }
 }
 
-/// A small hole in the middle of a boss or a pocket.
+/// Sometimes adds a small hole in the middle of a boss or a pocket.
 fn pierce(builder: &mut PartBuilder, floor: &Host, room: f64) {
     if builder.chance(0.5) {
         let hole = draw_hole(builder, floor, room);
@@ -79,7 +81,7 @@ fn pierce(builder: &mut PartBuilder, floor: &Host, room: f64) {
     }
 }
 
-/// A rectangular, rounded or chamfered plate; some of its walls are split into coplanar faces.
+/// A rectangular, rounded or chamfered plate. Some of its walls are split into coplanar faces.
 pub(super) fn plate(builder: &mut PartBuilder) {
     let width = builder.length(30.0, 120.0);
     let depth = builder.length(25.0, 90.0);
@@ -119,7 +121,7 @@ pub(super) fn plate(builder: &mut PartBuilder) {
     }
 }
 
-/// A plate with drafted ribs that stand side by side, and holes between them.
+/// A plate with parallel drafted ribs, and holes between them.
 pub(super) fn ribbed_plate(builder: &mut PartBuilder) {
     let width = builder.length(40.0, 110.0);
     let depth = builder.length(30.0, 80.0);
@@ -153,7 +155,7 @@ pub(super) fn ribbed_plate(builder: &mut PartBuilder) {
     for i in 0..n_ribs {
         let left = bay * f64::from(i);
         feature.place(&mut builder.shell, &host, [left + 0.3 * bay, depth / 2.0]);
-        if builder.wanted() > 1 {
+        if builder.n_missing_parts() > 1 {
             let y = builder.length(hole_room + 1.0, depth - hole_room - 1.0);
             hole.place(&mut builder.shell, &host, [left + 0.75 * bay, y]);
         }
@@ -220,7 +222,7 @@ pub(super) fn link(builder: &mut PartBuilder) {
         let hole = draw_hole(builder, &eye, 0.9 * room);
         hole.place(&mut builder.shell, &eye, [0.0; 2]);
     }
-    if builder.wanted() > 3 {
+    if builder.n_missing_parts() > 3 {
         let (from, to) = (1.15 * large, distance - 1.3 * small);
         let half = builder.fraction(0.3, 0.6) * small;
         if to - from > 3.0 * half {

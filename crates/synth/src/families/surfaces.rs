@@ -9,7 +9,7 @@ use crate::profile::Profile;
 use crate::spline;
 use crate::wavy_block::add_wavy_block;
 
-/// A bar whose top is a chain of facets: some meet at angles below the threshold, some above it.
+/// A bar whose top is a chain of facets. Some neighbors meet at an angle below the threshold, others above it.
 pub(super) fn dome(builder: &mut PartBuilder) {
     let n_facets = builder.count(2, 9);
     let width = builder.length(15.0, 60.0);
@@ -24,7 +24,7 @@ pub(super) fn dome(builder: &mut PartBuilder) {
             (y + run * libm::sin(slope)).max(2.0),
         );
         corners.push([x, y]);
-        // Bends of 3° to 7° join facets, bends of 11° to 30° part them.
+        // A bend of 3° to 7° keeps two facets in one part, and a bend of 11° to 30° separates them.
         let bend = if builder.chance(0.5) {
             builder.fraction(3.0, 7.0)
         } else {
@@ -45,8 +45,8 @@ pub(super) fn dome(builder: &mut PartBuilder) {
     let Some(top) = block.top_host(&plane) else {
         return;
     };
-    if builder.wanted() > 2 {
-        // Near the end wall the bar is at least as high as 2 mm; the first corner region is the base.
+    if builder.n_missing_parts() > 2 {
+        // The hole is near the start of the bar, which is as high as `base`. Its end may be only 2 mm high.
         let host = Host {
             plane: top.plane,
             depth: 0.4 * width,
@@ -85,7 +85,7 @@ pub(super) fn wave(builder: &mut PartBuilder) {
         false => vec![first],
     };
     let bottom = add_wavy_block(&mut builder.shell, &patches);
-    // The bottom's y axis runs against the block's.
+    // The y axis of the bottom is opposite to that of the block.
     let host = Host {
         plane: frame.flipped(),
         face: bottom,
@@ -129,7 +129,7 @@ fn draw_heights(builder: &mut PartBuilder, height: f64) -> Vec<Vec<f64>> {
         .collect()
 }
 
-/// A neighbor that shares the first patch's last row, either smoothly or with a crease.
+/// A second patch that continues the first one at its last row, either smoothly or with a crease.
 fn continued(builder: &mut PartBuilder, first: &Patch, width: f64) -> Patch {
     let n = first.heights.len();
     let (edge, before) = (&first.heights[n - 1], &first.heights[n - 2]);
@@ -143,7 +143,7 @@ fn continued(builder: &mut PartBuilder, first: &Patch, width: f64) -> Patch {
         builder.fraction(0.3, 0.8) * ratio
     };
     let mean = edge.iter().sum::<f64>() / edge.len() as f64;
-    // The second row continues the slope across the border; a crease bends it by the same amount everywhere.
+    // The second row continues the slope across the border. A crease changes the slope by the same amount everywhere.
     let second: Vec<f64> = edge
         .iter()
         .zip(before)

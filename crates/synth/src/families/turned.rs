@@ -1,6 +1,6 @@
-//! Draws turned parts: the profile is one circle, and the path says how far the wall is from it at each height.
+//! Draws turned parts. The profile is a circle, and the path gives the distance of the wall from it at each height.
 //!
-//! Lengths are in millimeters. Their bounds are those of common parts of each kind. Fractions of a length keep features
+//! Lengths are in millimeters. Their bounds are typical sizes of each kind of part. Fractions of a length keep features
 //! apart from each other: a hole that is at most 0.6 of the radius of its face leaves a rim, and a step that is at most
 //! half of a wall leaves material.
 
@@ -15,7 +15,7 @@ use std::f64::consts::FRAC_PI_3;
 pub(super) fn shaft(builder: &mut PartBuilder) {
     let base = builder.length(5.0, 12.0);
     let mut path = Path::at(0.0);
-    // A section makes about two faces, so half of the wanted parts.
+    // A section makes about two faces, so half as many sections as parts are needed.
     let n_sections = builder.count(1, (builder.target / 2).clamp(1, 8));
     for _ in 0..n_sections {
         path = shaft_section(builder, path, base);
@@ -30,13 +30,13 @@ pub(super) fn shaft(builder: &mut PartBuilder) {
         depth: 6.0,
         ..block.bottom_host(&plane)
     };
-    if has_center_hole && builder.wanted() > 1 {
+    if has_center_hole && builder.n_missing_parts() > 1 {
         let hole = draw_hole(builder, &host, 0.6 * base);
         hole.place(&mut builder.shell, &host, [0.0; 2]);
     }
 }
 
-/// A cylinder, and a random change of the radius to that of the next section.
+/// Adds a cylinder, and a random transition to the radius of the next section.
 fn shaft_section(builder: &mut PartBuilder, path: Path, base: f64) -> Path {
     let radius = path.end()[0] + base;
     let length = builder.length(6.0, 30.0);
@@ -64,7 +64,7 @@ fn shaft_section(builder: &mut PartBuilder, path: Path, base: f64) -> Path {
     }
 }
 
-/// The last cylinder, and a half ball, a chamfer, a cone or nothing at its end.
+/// Adds the last cylinder, which ends in a half ball, a chamfer, a cone or a plane.
 fn shaft_end(builder: &mut PartBuilder, path: Path, base: f64) -> Path {
     let radius = path.end()[0] + base;
     let path = path.by(0.0, builder.length(4.0, 15.0));
@@ -101,7 +101,7 @@ pub(super) fn pulley(builder: &mut PartBuilder) {
             .place(&mut builder.shell, &host, [0.0; 2])
             .unwrap_or(host);
     }
-    // 0.4 stays within the hub, which has 0.6.
+    // A hole of 0.4 of the inner radius stays within the hub, which has 0.6 of it.
     let bore = draw_hole(builder, &host, 0.4 * inner);
     bore.place(&mut builder.shell, &host, [0.0; 2]);
 }
@@ -122,7 +122,7 @@ fn groove(builder: &mut PartBuilder, path: Path, [depth, mouth]: [f64; 2]) -> Pa
     }
 }
 
-/// A thin-walled cup or bush: outside up, over the rim, and down the inside.
+/// A thin-walled cup or bush. Its path goes up the outside, over the rim, and down the inside.
 pub(super) fn cup(builder: &mut PartBuilder) {
     let radius = builder.length(12.0, 40.0);
     let height = builder.length(15.0, 60.0);
@@ -140,7 +140,7 @@ pub(super) fn cup(builder: &mut PartBuilder) {
     let plane = builder.plane;
     let block = builder.block(&plane, &builder.round(radius), &path);
     let Some(face) = block.top else { return };
-    if builder.wanted() > 1 && builder.chance(0.7) {
+    if builder.n_missing_parts() > 1 && builder.chance(0.7) {
         let host = Host {
             plane: plane.lifted(floor),
             face,
@@ -213,8 +213,7 @@ pub(super) fn vase(builder: &mut PartBuilder) {
         return;
     };
 
-    // Half of the narrowest radius that the controls allow is free everywhere. The depths leave material between the
-    // two holes.
+    // Half of the smallest radius that the control points allow. The depths leave material between the two holes.
     let room = 0.3 * radius;
     let top = Host {
         through: None,
@@ -223,7 +222,7 @@ pub(super) fn vase(builder: &mut PartBuilder) {
     };
     let hole = draw_hole(builder, &top, room);
     hole.place(&mut builder.shell, &top, [0.0; 2]);
-    if builder.wanted() > 1 {
+    if builder.n_missing_parts() > 1 {
         let bottom = Host {
             depth: 0.3 * host.depth,
             ..block.bottom_host(&plane)
@@ -233,7 +232,7 @@ pub(super) fn vase(builder: &mut PartBuilder) {
     }
 }
 
-/// A spline wall, sometimes on a cylindrical foot, sometimes with a lip.
+/// The path of a spline wall, sometimes with a cylindrical foot, sometimes with a lip.
 fn vase_path(builder: &mut PartBuilder, radius: f64, height: f64) -> Path {
     let mut path = Path::at(0.0);
     if builder.chance(0.6) {
@@ -255,7 +254,7 @@ fn vase_path(builder: &mut PartBuilder, radius: f64, height: f64) -> Path {
     path
 }
 
-/// A bolt: a hexagonal, square or round head, and a shank with shoulders; sometimes a socket in the head.
+/// A bolt: a hexagonal, square or round head, sometimes with a socket, and a shank with shoulders.
 pub(super) fn bolt(builder: &mut PartBuilder) {
     let head = builder.length(6.0, 16.0);
     let head_height = builder.length(4.0, 12.0);
@@ -305,7 +304,7 @@ fn add_shank(builder: &mut PartBuilder, head: Host, most: f64) {
     }
 }
 
-/// A ring: a bush, a washer, or a round of circular section, sometimes with finished edges.
+/// A ring: a bush, a washer, or a ring of circular section, sometimes with finished edges.
 pub(super) fn spacer(builder: &mut PartBuilder) {
     let radius = builder.length(6.0, 40.0);
     let height = builder.length(1.5, 40.0);
@@ -361,7 +360,7 @@ pub(super) fn pin(builder: &mut PartBuilder) {
     builder.block(&plane, &foot, &path);
 }
 
-/// A pin of shoulders with exactly the wanted number of parts.
+/// A pin with shoulders that has exactly the target number of parts.
 pub(super) fn stepped_pin(builder: &mut PartBuilder) {
     let mut path = Path::at(0.0);
     let mut radius = builder.length(20.0, 30.0);

@@ -1,22 +1,22 @@
-//! Writes the frame of a file: header, product, units, the bodies, and colors.
+//! Writes a file: header, product, units, bodies and colors.
 
 use super::number::real;
 use super::topology::{Scale, ShellNumbers, ShellWriter};
 use super::{Entities, references};
 use crate::shell::Shell;
 
-/// What a file holds.
+/// A body of a file.
 #[derive(Clone, Debug)]
 pub(crate) enum Body<'a> {
     /// A solid without voids.
     Solid(&'a Shell),
-    /// A solid with its voids; the voids' shells are oriented as if they bounded solids of their own.
+    /// A solid with voids. The shell of a void is oriented as if it bounded a solid of its own.
     Hollow(&'a Shell, Vec<&'a Shell>),
-    /// Faces that bound nothing.
+    /// Faces that do not enclose a volume.
     Open(&'a Shell),
 }
 
-/// The unit that lengths are written in.
+/// The unit of the lengths in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum LengthUnit {
     Millimeter,
@@ -24,14 +24,14 @@ pub(crate) enum LengthUnit {
     Meter,
 }
 
-/// The unit that angles are written in.
+/// The unit of the angles in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum AngleUnit {
     Radian,
     Degree,
 }
 
-/// How faces are called and colored.
+/// The names and colors of faces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Decoration {
     Bare,
@@ -39,19 +39,19 @@ pub(crate) enum Decoration {
     NamedAndColored,
 }
 
-/// A file, but for its bodies.
+/// The properties of a file except its bodies.
 #[derive(Clone, Debug)]
 pub(crate) struct Document {
     pub(crate) name: String,
     pub(crate) length: LengthUnit,
     pub(crate) angle: AngleUnit,
     pub(crate) decoration: Decoration,
-    /// Every second edge runs against its curve.
+    /// Whether every second edge has the opposite direction of its curve.
     pub(crate) reverse_curves: bool,
 }
 
 impl Document {
-    /// A file in millimeters and radians, bare and simple.
+    /// A file in millimeters and radians, without names and colors of faces.
     pub(crate) fn plain(name: &str) -> Self {
         Self {
             name: name.to_owned(),
@@ -119,7 +119,7 @@ fn header(name: &str) -> String {
     )
 }
 
-/// Writes the product and gives the number of its shape.
+/// Writes the product and returns the number of its shape.
 fn add_product(entities: &mut Entities, name: &str) -> u64 {
     let application =
         entities.add("APPLICATION_CONTEXT('core data for automotive mechanical design processes')");
@@ -143,7 +143,7 @@ fn add_product(entities: &mut Entities, name: &str) -> u64 {
     entities.add(&format!("PRODUCT_DEFINITION_SHAPE('','',#{definition})"))
 }
 
-/// Writes the units and gives the number of the context that holds them.
+/// Writes the units and returns the number of the context that contains them.
 fn add_units(entities: &mut Entities, document: &Document) -> u64 {
     let length = add_length_unit(entities, document.length);
     let angle = add_angle_unit(entities, document.angle);
@@ -192,7 +192,7 @@ fn add_angle_unit(entities: &mut Entities, unit: AngleUnit) -> u64 {
     ))
 }
 
-/// Writes a body and gives its number and those of its faces.
+/// Writes a body and returns its number and those of its faces.
 fn add_body(entities: &mut Entities, document: &Document, body: &Body<'_>) -> (u64, Vec<u64>) {
     let mut writer = ShellWriter {
         entities,

@@ -1,10 +1,10 @@
-//! Writes numbers as Part 21 does.
+//! Writes numbers in the format of Part 21.
 
 use partprobe_carrier::Point;
 
-/// A real with a point, and an exponent where the plain form would be long.
+/// Formats a real number with a decimal point, and with an exponent if it would be long otherwise.
 pub(super) fn real(value: f64) -> String {
-    // What is left of a sum of products that should be 0 would only cost digits.
+    // A sum of products that should be 0 can leave a rounding error, whose digits are of no use.
     if value.abs() < 1e-14 {
         return "0.".to_owned();
     }
@@ -18,7 +18,7 @@ pub(super) fn real(value: f64) -> String {
     }
 }
 
-/// Three reals with commas between them.
+/// Formats three real numbers with commas between them.
 pub(super) fn point_list(point: Point) -> String {
     point.map(real).join(",")
 }

@@ -8,22 +8,22 @@ use crate::shell::{Edge, Face, Loop, Shell, Walk};
 use crate::spline;
 use partprobe_carrier::Point;
 
-/// Lengths and angles of one file unit.
+/// The lengths and angles of one unit of the file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Scale {
     pub(super) mm_per_unit: f64,
     pub(super) rad_per_unit: f64,
 }
 
-/// Writes shells that share a scale.
+/// Writes shells that have the same units.
 pub(super) struct ShellWriter<'a> {
     pub(super) entities: &'a mut Entities,
     pub(super) scale: Scale,
-    /// Every second edge runs against its curve, as real exports do.
+    /// Whether every second edge has the opposite direction of its curve, as in many real files.
     pub(super) reverse_curves: bool,
 }
 
-/// The numbers of a written shell.
+/// The entity numbers of a written shell and of its faces.
 pub(super) struct ShellNumbers {
     pub(super) shell: u64,
     pub(super) faces: Vec<u64>,
@@ -248,7 +248,7 @@ impl ShellWriter<'_> {
     }
 }
 
-/// The edge's curve, directed from its end to its start.
+/// The edge's curve in the opposite direction, from the edge's end to its start.
 fn against(edge: &Edge) -> Curve {
     let reversed = |frame: &Frame| Frame {
         y: scaled(frame.y, -1.0),

@@ -31,7 +31,7 @@ pub(super) fn stretched(
             || ![0, 1].iter().all(|&axis| closes(surface, axis, size));
         if is_patch {
             move_holes_inside(&mut loops, &areas, period);
-        } else if let Some(frame) = whole_surface(surface, &mut loops) {
+        } else if let Some(frame) = cut_open_surface(surface, &mut loops) {
             loops.push(frame_loop(
                 surface,
                 frame,
@@ -42,7 +42,7 @@ pub(super) fn stretched(
         // A sphere was rotated, so its poles may lie anywhere on a seam. The parameters at a pole do not say which side is
         // inside.
         let says_much = !matches!(surface, Surface::Sphere { .. });
-        if says_much && inner.is_some_and(|inner| !holds(&loops, inner, period)) {
+        if says_much && inner.is_some_and(|inner| !contains_point(&loops, inner, period)) {
             return Err(FaceMeshError::SeamOutside);
         }
     }
@@ -127,7 +127,7 @@ fn best_offset(bound: &UvLoop, holders: &[&UvLoop], period: [Option<f64>; 2]) ->
 }
 
 /// Whether a point, moved by whole periods, lies between the boundaries.
-fn holds(loops: &[UvLoop], point: [f64; 2], period: [Option<f64>; 2]) -> bool {
+fn contains_point(loops: &[UvLoop], point: [f64; 2], period: [Option<f64>; 2]) -> bool {
     let reach = |period: Option<f64>| if period.is_some() { -2..=2 } else { 0..=0 };
     let shifted = |i: i32, axis: usize| point[axis] + f64::from(i) * period[axis].unwrap_or(0.0);
     let is_inside = |at: [f64; 2]| {
@@ -143,7 +143,7 @@ fn holds(loops: &[UvLoop], point: [f64; 2], period: [Option<f64>; 2]) -> bool {
 
 /// Cuts a closed surface open between its holes, and moves the holes by whole periods into the bounds that result. Returns `None`
 /// if a direction has no bounds, or if no straight cut misses the holes.
-fn whole_surface(surface: &Surface, loops: &mut [UvLoop]) -> Option<Bounds> {
+fn cut_open_surface(surface: &Surface, loops: &mut [UvLoop]) -> Option<Bounds> {
     // A face is never a whole torus that meets itself. Then the sense of the boundary is wrong.
     if matches!(surface, Surface::Torus { .. }) && surface.period()[1].is_none() {
         return None;

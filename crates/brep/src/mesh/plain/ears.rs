@@ -153,7 +153,7 @@ impl RayHit {
         for corner in corners(clipper, start) {
             let p = clipper.point(corner);
             let is_near = p[0] < point[0] && p[0] >= tip[0] && p[1] >= low[1] && p[1] <= high[1];
-            if !is_near || corner == end || !holds([point, [x, point[1]], tip], p) {
+            if !is_near || corner == end || !contains_point([point, [x, point[1]], tip], p) {
                 continue;
             }
             let seen = self.angle(p);
@@ -182,7 +182,7 @@ fn corners<'a>(clipper: &'a Clipper<'_>, start: u32) -> impl Iterator<Item = u32
 }
 
 /// Whether a point lies in a triangle or on its border, for any orientation of the triangle.
-fn holds([a, b, c]: [ChartPoint; 3], p: ChartPoint) -> bool {
+fn contains_point([a, b, c]: [ChartPoint; 3], p: ChartPoint) -> bool {
     let orientations = [
         orientation(a, b, p),
         orientation(b, c, p),

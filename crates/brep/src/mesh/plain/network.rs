@@ -197,7 +197,7 @@ impl Network {
                 .filter(|&side| orientations[side] < 0.0)
                 .map(|side| self.behind[triangle][side]);
             let Some(next) = beyond.reduce(|a, b| if a == NOTHING { b } else { a }) else {
-                return self.held(triangle, orientations);
+                return self.location_in(triangle, orientations);
             };
             if next == NOTHING {
                 break;
@@ -209,7 +209,7 @@ impl Network {
         let (triangle, orientations) = all
             .into_iter()
             .find(|(_, orientations)| orientations.iter().all(|&orientation| orientation >= 0.0))?;
-        self.held(triangle, orientations)
+        self.location_in(triangle, orientations)
     }
 
     /// For each side of a triangle, on which side of it a point lies.
@@ -223,7 +223,11 @@ impl Network {
     }
 
     /// The result of [`Network::locate`] for a triangle that holds the point.
-    fn held(&self, triangle: usize, orientations: [f64; 3]) -> Option<(usize, Option<usize>)> {
+    fn location_in(
+        &self,
+        triangle: usize,
+        orientations: [f64; 3],
+    ) -> Option<(usize, Option<usize>)> {
         let mut on = (0..3).filter(|&side| orientations[side] == 0.0);
         match (on.next(), on.next()) {
             (None, _) => Some((triangle, None)),

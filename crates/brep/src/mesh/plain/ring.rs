@@ -16,7 +16,7 @@ pub(super) fn ring(points: &[ChartPoint], outer: &[u32], inner: &[u32]) -> Optio
     {
         return None;
     }
-    let start = beside(points, inner, points[*outer.first()? as usize])?;
+    let start = corner_in_direction(points, inner, points[*outer.first()? as usize])?;
     let mut clipper = Clipper::new(points);
     let first = clipper.add_walk(outer.iter().copied());
     let clockwise = (0..inner.len()).map(|i| inner[(start + inner.len() - i) % inner.len()]);
@@ -58,7 +58,7 @@ fn runs_around(points: &[ChartPoint], walk: &[u32]) -> bool {
 }
 
 /// The corner of a walk whose direction from the origin is nearest to the direction of a point.
-fn beside(points: &[ChartPoint], walk: &[u32], point: ChartPoint) -> Option<usize> {
+fn corner_in_direction(points: &[ChartPoint], walk: &[u32], point: ChartPoint) -> Option<usize> {
     let cosine = |&vertex: &u32| {
         let [x, y] = points[vertex as usize];
         (x * point[0] + y * point[1]) / libm::hypot(x, y)

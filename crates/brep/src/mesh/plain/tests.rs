@@ -266,7 +266,7 @@ fn a_sliver_keeps_its_sense() {
 
 proptest! {
     #[test]
-    fn stars_with_stars_in_them(
+    fn stars_inside_stars_are_triangulated(
         outer in prop::collection::vec(2.0_f64..4.0, 3..60),
         hole in prop::collection::vec(0.2_f64..0.9, 3..30),
         middle in prop::array::uniform2(-0.3_f64..0.3),

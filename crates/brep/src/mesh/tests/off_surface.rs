@@ -86,7 +86,7 @@ fn a_plane_in_the_wrong_position_leaves_its_solid_closed() {
 }
 
 #[test]
-fn a_hole_beside_its_plane_is_projected() {
+fn a_hole_off_its_plane_is_projected() {
     let brep = shape(&[[10.0, 0.0, 0.0], [2.0, 0.0, 5.0]])
         .circle(0, 10.0, 0.0)
         .circle(1, 2.0, 5.0);
@@ -155,7 +155,7 @@ fn a_chord_of_a_cylinder_is_named() {
 }
 
 #[test]
-fn sloppy_edges_are_taken_as_they_are() {
+fn imprecise_edges_are_kept_as_they_are() {
     let mut brep = box_of([10.0, 20.0, 30.0]);
     brep.faces[1].surface = Arc::new(plane_at(30.01));
     let tessellation = mesh_of(&brep);

@@ -75,7 +75,7 @@ mod tests {
     }
 
     #[test]
-    fn noise_has_the_size_that_is_asked_for() {
+    fn noise_has_the_requested_size() {
         let noisy = disturbed(
             sample(),
             "a",

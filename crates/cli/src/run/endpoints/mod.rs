@@ -13,7 +13,7 @@ use super::evaluation::Embedder;
 use super::footer::{Normals, TestShapes, footer};
 use super::held_out::HeldOut;
 use super::results::table_settings;
-use super::scoring_place::{Boundaries, ScoringPlace};
+use super::scoring_context::{Boundaries, ScoringContext};
 use super::shapes::Shape;
 use super::stages::Run;
 use crate::config::{Attribute, Config, EndpointConfig, EndpointNormals};
@@ -80,13 +80,13 @@ impl Run<'_> {
 
         let held_out = self.held_out(&shapes);
         let trained = self.trained_models(&held_out)?;
-        let place = ScoringPlace {
+        let context = ScoringContext {
             boundaries: &Boundaries::of_shapes(&shapes, &data.references)?,
             references: data.references.clone(),
             config: &config,
             folder: None,
         };
-        let rows = self.scored(&place, &held_out, &trained, &shapes)?;
+        let rows = self.scored(&context, &held_out, &trained, &shapes)?;
         let normals = match endpoint.normals {
             Some(EndpointNormals::None) => Normals::None,
             _ => Normals::OfConfig,

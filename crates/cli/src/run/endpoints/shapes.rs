@@ -51,8 +51,8 @@ impl EndpointData {
             Some(dataset) => {
                 let loader = ShapeLoader::new(dataset, config, Points::Kept)?;
                 let loader = loader.with_sources(&references);
-                let wanted = wanted(endpoint, dataset, &test, config.split.seed);
-                let (shapes, mut selection) = loaded(&loader, wanted, &test, progress)?;
+                let requested = requested_entries(endpoint, dataset, &test, config.split.seed);
+                let (shapes, mut selection) = loaded(&loader, requested, &test, progress)?;
                 let shapes = match endpoint.shapes {
                     EndpointShapes::Test => shapes,
                     EndpointShapes::All => independent(shapes, &known_shapes(run)?, &mut selection),
@@ -103,7 +103,7 @@ fn redrawn(test: &[&Shape], config: &Config) -> Result<Vec<Shape>> {
 }
 
 /// The requested entries of a data set, by id. An entry is `None` for a test shape that the data set lacks.
-fn wanted<'a>(
+fn requested_entries<'a>(
     endpoint: &EndpointConfig,
     dataset: &'a Dataset,
     test: &[&Shape],
@@ -130,7 +130,7 @@ fn wanted<'a>(
 /// the run.
 fn loaded(
     loader: &ShapeLoader<'_>,
-    wanted: Vec<(String, Option<&IndexEntry>)>,
+    requested_entries: Vec<(String, Option<&IndexEntry>)>,
     test: &[&Shape],
     progress: &Progress,
 ) -> Result<(Vec<Shape>, Selection)> {
@@ -138,7 +138,7 @@ fn loaded(
         .iter()
         .map(|shape| (shape.id.as_str(), *shape))
         .collect();
-    let bar = progress.bar("sample", wanted.len());
+    let bar = progress.bar("sample", requested_entries.len());
     let load = |(id, entry): &(String, Option<&IndexEntry>)| -> Result<Shape, String> {
         bar.inc(1);
         let entry = entry.ok_or("the data set of the endpoint lacks it")?;
@@ -154,11 +154,11 @@ fn loaded(
         }
         Ok(shape)
     };
-    let found: Vec<Result<Shape, String>> = wanted.par_iter().map(load).collect();
+    let found: Vec<Result<Shape, String>> = requested_entries.par_iter().map(load).collect();
     bar.finish();
-    let mut selection = Selection::of(wanted.len());
+    let mut selection = Selection::of(requested_entries.len());
     let mut shapes = Vec::new();
-    for ((id, _), outcome) in wanted.iter().zip(found) {
+    for ((id, _), outcome) in requested_entries.iter().zip(found) {
         match outcome {
             Ok(shape) => shapes.push(shape),
             Err(reason) => selection.leave_out(&reason, id),

@@ -115,13 +115,13 @@ mod tests {
 
     #[test]
     fn times_have_units() {
-        let told = time_text(&json!([
+        let message = time_text(&json!([
             ["label", 0.01],
             ["train a-0", 7200.0],
             ["evaluate", 180.0]
         ]));
         assert_eq!(
-            told.as_deref(),
+            message.as_deref(),
             Some("2.1 h: train a-0 2.0 h, evaluate 3.0 min")
         );
         assert_eq!(

@@ -63,7 +63,7 @@ pub(super) fn page(
 /// If the folder is not a scored run, or a file of it cannot be read.
 pub(crate) fn tables_of_folder(root: &Path) -> Result<Tables> {
     let scored = ScoredRun::read(root)?;
-    let folder = RunFolder::to_read(root)?;
+    let folder = RunFolder::open_read_only(root)?;
     let config_file = folder.path("config.toml").to_string_lossy().into_owned();
     let config = load(&config_file, &[])?.config;
     let split = SplitFile::read(&folder, &config).ok().flatten();
@@ -88,7 +88,7 @@ fn stored_tables(scored: &ScoredRun, config: &Config, split: Option<&SplitFile>)
 /// # Errors
 /// If the folder is not a scored run, or a file of it cannot be read.
 pub(crate) fn page_of_folder(root: &Path, data: Option<&Path>) -> Result<String> {
-    page_of_run(&RunFolder::to_read(root)?, data)
+    page_of_run(&RunFolder::open_read_only(root)?, data)
 }
 
 /// The same for a folder that is already open.

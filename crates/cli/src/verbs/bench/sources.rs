@@ -28,7 +28,7 @@ const COLORS: [Color; 3] = [Color(0xff00_00ff), Color(0x00ff_00ff), Color(0x0000
 /// The largest number of steps of the search.
 const MAX_STEPS: usize = 60;
 
-/// The time of each label source and of each way to carry labels to points.
+/// Measure the time of each label source and of each way to transfer labels to points.
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "Examples:
   partprobe bench sources
@@ -36,21 +36,21 @@ const MAX_STEPS: usize = 60;
   partprobe bench sources --triangles 200000 --json
 
 The carrier is a generated part with 20 to 30 STEP-Parts, tessellated finely enough. Each source labels it --rounds times in one
-thread; ms is the median. cpu_ms is the mean CPU time of the whole process, so that on a busy machine it tells more.
-Labels of triangles are then carried to --points points, by as many threads as the machine has.
-Without names, all sources are measured; 20 stands for each placeholder such as <K>, or the nearest number that the source
+thread; ms is the median. cpu_ms is the mean CPU time of the whole process, which is more reliable on a busy machine.
+Labels of triangles are then transferred to --points points, with one thread per core.
+Without names, all sources are measured. Each placeholder such as <K> is replaced by 20, or by the nearest number that the source
 accepts.")]
 pub(super) struct SourcesArgs {
     /// The sources to measure; all of them if none is named.
     #[arg(value_name = "SOURCE")]
     sources: Vec<String>,
-    /// The carrier has at least this many triangles.
+    /// The smallest number of triangles of the carrier.
     #[arg(long, value_name = "N", default_value_t = 50_000, value_parser = clap::value_parser!(u32).range(1..=2_000_000))]
     triangles: u32,
-    /// Points that labels are carried to.
+    /// The number of points to which labels are transferred.
     #[arg(long, value_name = "N", default_value_t = 100_000, value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
     points: u32,
-    /// Rounds of each measurement.
+    /// The number of rounds of each measurement.
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u16).range(1..))]
     rounds: u16,
     /// Print JSON.

@@ -13,28 +13,28 @@ use partprobe_sources::source_named;
 use serde::Serialize;
 use std::path::PathBuf;
 
-/// The time and memory of a training step and of a forward pass.
+/// Measure the time and memory of an update and of a forward pass.
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "Examples:
   partprobe bench step
   partprobe bench step --tokens 20000 --jobs 2
   partprobe bench step --set net.backbone.preset=tiny --json
 
-load: augment, tokenize, tables of neighbors and patches, which a training does ahead of its steps.
-step: forward, loss, backward, AdamW, on --batch copies of one generated part, each in a pose of its own.
-tables, forward: tables of neighbors and patches, then the network alone, of the first copy at test time.
-Times are medians over --steps of them. cpu_ms is that of the whole process, so that on a busy machine it tells more.")]
+load: augmentation, tokens, and tables of neighbors and patches. A training does this before its updates.
+step: forward, loss, backward and AdamW, on --batch copies of one generated part, each in its own pose.
+tables, forward: the tables of neighbors and patches, then the network alone, for the first copy at test time.
+Times are medians over --steps updates. cpu_ms is the CPU time of the whole process, which is more reliable on a busy machine.")]
 pub(super) struct StepArgs {
     /// The approximate number of tokens in a shape.
     #[arg(long, value_name = "N", default_value_t = 4096)]
     tokens: usize,
-    /// Shapes in an update.
+    /// The number of shapes per update.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..))]
     batch: u16,
-    /// Updates that are measured; two more go before.
+    /// The number of measured updates. Two more are done before them.
     #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u16).range(1..))]
     steps: u16,
-    /// Threads: shapes of a batch are computed side by side.
+    /// The number of threads, which compute the shapes of a batch in parallel.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: u16,
     /// Settings to start from: a shipped config or a file.
@@ -43,10 +43,10 @@ pub(super) struct StepArgs {
     /// Change one setting.
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
-    /// Write the tokens of the first copy, for another implementation to be measured on.
+    /// Write the tokens of the first copy, on which another implementation can be measured.
     #[arg(long, value_name = "FILE", hide = true)]
     tokens_out: Option<PathBuf>,
-    /// One JSON object instead of lines.
+    /// Print one JSON object instead of lines.
     #[arg(long)]
     json: bool,
 }

@@ -25,8 +25,8 @@ use std::sync::Arc;
   partprobe check labels seg/ --data dataset/
   partprobe check labels faces.jsonl.zst --data dataset/ --type faces --set column=instance
 
-A key of --set is one that a config has in [sources.NAME]. Exit codes: 0 labels were joined and none refused,
-1 otherwise, 2 wrong usage.")]
+The keys of --set are those of [sources.NAME] in a config. Exit codes: 0 labels were joined and none were refused, 1 otherwise, 2
+wrong usage.")]
 pub(super) struct LabelsArgs {
     /// A folder with a label file per shape, a file with the labels of many shapes, or an ONNX model.
     #[arg(value_name = "PATH")]
@@ -186,11 +186,11 @@ fn check_type(
     import_type: &'static ImportType,
     context: &SourceContext,
     dataset: &Dataset,
-    is_asked_for: bool,
+    is_type_given: bool,
 ) -> Result<TypeCheck> {
     let import = match open_source(import_type.name, context.clone()) {
         Ok(import) => import,
-        Err(error) if is_asked_for => return Err(misuse(error).into()),
+        Err(error) if is_type_given => return Err(misuse(error).into()),
         Err(error) => {
             return Ok(TypeCheck::refused(import_type.name, error.to_string()));
         }
@@ -213,7 +213,7 @@ fn check_type(
     bar.finish_and_clear();
     let mut unused = import.entries().map_err(|error| anyhow!("{error}"))?;
     let is_joined = |shape: &ShapeCheck| shape.outcome.is_joined();
-    if !is_asked_for && !shapes.iter().any(is_joined) {
+    if !is_type_given && !shapes.iter().any(is_joined) {
         let reason = first_refusal(&shapes).unwrap_or_else(|| without_names(&unused, &shapes));
         return Ok(TypeCheck::refused(import_type.name, reason));
     }
@@ -317,12 +317,12 @@ impl TypeCheck {
     }
 
     /// The number of shapes that were joined in each way.
-    fn ways(&self) -> BTreeMap<&str, usize> {
-        let mut ways = BTreeMap::new();
+    fn counts_by_join(&self) -> BTreeMap<&str, usize> {
+        let mut counts_by_join = BTreeMap::new();
         for join in self.shapes.iter().filter_map(|shape| shape.outcome.join()) {
-            *ways.entry(join.by.as_str()).or_default() += 1;
+            *counts_by_join.entry(join.by.as_str()).or_default() += 1;
         }
-        ways
+        counts_by_join
     }
 
     /// The problems, shape by shape.
@@ -354,8 +354,8 @@ impl fmt::Display for TypeCheck {
         let n_joined = self.count(Outcome::is_joined);
         let shapes = counted(self.shapes.len(), "shape has", "shapes have");
         write!(f, "{name}: {n_joined} of {shapes} labels")?;
-        let ways = self.ways().into_iter();
-        let mut rows: Vec<[String; 2]> = ways
+        let counts_by_join = self.counts_by_join().into_iter();
+        let mut rows: Vec<[String; 2]> = counts_by_join
             .map(|(way, n_shapes)| [format!("joined by {way}"), n_shapes.to_string()])
             .collect();
         for (what, n_shapes) in [

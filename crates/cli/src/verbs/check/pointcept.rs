@@ -20,10 +20,10 @@ pub(super) struct PointceptArgs {
     /// The folder with train, val and test.
     #[arg(value_name = "DIR")]
     folder: PathBuf,
-    /// Classes that `segment` may have; those of `export pointcept` are the 11 primitive types.
+    /// The number of classes that `segment` may have. `export pointcept` writes the 11 primitive types.
     #[arg(long, default_value_t = 11, value_parser = clap::value_parser!(u16).range(1..))]
     classes: u16,
-    /// Threads; as many as there are cores if not given.
+    /// The number of threads; one per core if not given.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: Option<u16>,
 }
@@ -61,7 +61,7 @@ pub(super) fn check_pointcept(args: &PointceptArgs) -> Result<()> {
                 .map(|problem| format!("{}: {problem}", shape.place())),
         );
     }
-    problems.extend(twins(&shapes, &checked));
+    problems.extend(shapes_on_two_sides(&shapes, &checked));
     problems.extend(against_list(&args.folder, &shapes)?);
     problems.iter().try_for_each(print_line)?;
     let count = |side: &str| shapes.iter().filter(|shape| shape.side == side).count();
@@ -167,7 +167,7 @@ fn check_shape(shape: &Shape, n_classes: u16) -> ShapeCheck {
 }
 
 /// Shapes on two sides with the same name or the same points.
-fn twins(shapes: &[Shape], checked: &[ShapeCheck]) -> Vec<String> {
+fn shapes_on_two_sides(shapes: &[Shape], checked: &[ShapeCheck]) -> Vec<String> {
     let mut problems = Vec::new();
     let mut first_of_name: BTreeMap<&str, &Shape> = BTreeMap::new();
     let mut first_of_hash: BTreeMap<[u8; 32], &Shape> = BTreeMap::new();

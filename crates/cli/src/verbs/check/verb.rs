@@ -19,9 +19,10 @@ pub(crate) struct CheckArgs {
 /// The formats.
 #[derive(Clone, Debug, clap::Subcommand)]
 enum Format {
-    /// Array shapes and types, finite numbers, unit normals, contiguous instances, one class per instance, disjoint splits.
+    /// Check array shapes and types, finite numbers, unit normals, contiguous instances, one class per instance, and disjoint
+    /// splits.
     Pointcept(PointceptArgs),
-    /// Which shapes of a data set label files would label, how they would be joined, and what does not fit.
+    /// Check which shapes of a data set label files would label, how they would be joined, and what does not fit.
     Labels(LabelsArgs),
 }
 

@@ -38,14 +38,14 @@ fn bars(panel: &Panel, bins: &[&KBinAgreement]) -> String {
     for (place, bin) in bins.iter().enumerate() {
         for (idx, (_, value_of)) in BARS.iter().enumerate() {
             let Some(value) = value_of(bin) else { continue };
-            let from = panel.place_x(place as f64 + 0.1 + width * idx as f64);
-            let to = panel.place_x(place as f64 + 0.1 + width * (idx + 1) as f64);
-            let top = panel.place_y(value.mean);
+            let from = panel.pixel_x(place as f64 + 0.1 + width * idx as f64);
+            let to = panel.pixel_x(place as f64 + 0.1 + width * (idx + 1) as f64);
+            let top = panel.pixel_y(value.mean);
             let _ = writeln!(
                 svg,
                 "<rect x=\"{from:.1}\" y=\"{top:.1}\" width=\"{:.1}\" height=\"{:.1}\" fill=\"{}\"/>",
                 to - from,
-                panel.place_y(0.0) - top,
+                panel.pixel_y(0.0) - top,
                 color(idx)
             );
         }

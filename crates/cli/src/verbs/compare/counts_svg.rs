@@ -31,8 +31,8 @@ pub(super) fn counts_svg(tables: &[&AgreementTable], rows: &[&AgreementRow]) -> 
             let _ = writeln!(
                 svg,
                 "<circle cx=\"{:.1}\" cy=\"{:.1}\" r=\"2.5\" fill=\"{}\" fill-opacity=\"0.5\"/>",
-                panel.place_x(at(row.agreement.n_reference)),
-                panel.place_y(at(row.agreement.n_labels)),
+                panel.pixel_x(at(row.agreement.n_reference)),
+                panel.pixel_y(at(row.agreement.n_labels)),
                 color(0)
             );
         }

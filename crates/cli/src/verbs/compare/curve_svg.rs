@@ -67,7 +67,7 @@ fn line(panel: &Panel, points: &[CurvePoint], color: &str) -> String {
     let means: Vec<(f64, f64)> = points.iter().enumerate().filter_map(mean).collect();
     let mut svg = panel.line(&means, &format!("stroke=\"{color}\" stroke-width=\"1.5\""));
     for &(x, y) in &means {
-        let (x, y) = (panel.place_x(x), panel.place_y(y));
+        let (x, y) = (panel.pixel_x(x), panel.pixel_y(y));
         let _ = writeln!(
             svg,
             "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"2.5\" fill=\"{color}\"/>"

@@ -47,13 +47,13 @@ fn bars(panel: &Panel, counts: &[usize; N_BINS]) -> String {
     let mut svg = String::new();
     let width = panel.width / N_BINS as f64;
     for (bin, &count) in counts.iter().enumerate() {
-        let top = panel.place_y(count as f64);
+        let top = panel.pixel_y(count as f64);
         let _ = writeln!(
             svg,
             "<rect x=\"{:.1}\" y=\"{top:.1}\" width=\"{:.1}\" height=\"{:.1}\" fill=\"{}\"/>",
-            panel.place_x(bin as f64 / N_BINS as f64),
+            panel.pixel_x(bin as f64 / N_BINS as f64),
             width - 1.0,
-            panel.place_y(0.0) - top,
+            panel.pixel_y(0.0) - top,
             color(0)
         );
     }

@@ -34,11 +34,11 @@ const DRAWS: usize = 2000;
   partprobe compare step-parts ward-20 canonical --data dataset/ --out agreement/
   partprobe compare step-parts ward-20 --data dataset/ --shapes 240 --min-parts 2 --max-parts 20 --channel nn-vertex
 
-Points are drawn from each shape and labeled by each source. Labels are matched one to one to the reference parts, so that
-as many points as possible agree. Prints means, standard deviations and 95 % intervals of accuracy, mIoU, ARI and of the
-accuracy near the reference's borders; counts of labels, merges and splits; and the accuracy by number of parts, by
-distance to a border and by local thickness. Each agreement has its transfer ceiling: what the reference itself scores
-after its labels went through the same channel.
+Points are drawn from each shape and labeled by each source. Labels are matched one to one to the reference parts, so that as many
+points as possible agree. Prints means, standard deviations and 95 % intervals of accuracy, mIoU, ARI and of the accuracy near the
+reference's borders; counts of labels, merges and splits; and the accuracy by number of parts, by distance to a border and by
+local thickness. Each agreement has its transfer ceiling: the score of the reference itself after its labels went through the same
+channel.
 --out writes agreement.md, agreement.csv, agreement.json, curves.csv, shapes.csv (a line per shape, source and channel),
 shapes.jsonl, refused.csv and, for each channel, five figures as SVG.")]
 pub(crate) struct CompareArgs {
@@ -49,10 +49,10 @@ pub(crate) struct CompareArgs {
     data: DataArgs,
     #[command(flatten)]
     choice: ChoiceArgs,
-    /// Points of each shape, uniform by area.
+    /// The number of points per shape. They are uniform by area.
     #[arg(long, value_name = "N", default_value_t = 100_000, value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
     points: u32,
-    /// How labels come from triangles to points; repeat it for several tables.
+    /// How labels are transferred from triangles to points; can be given several times, for several tables.
     #[arg(
         long = "channel",
         value_enum,

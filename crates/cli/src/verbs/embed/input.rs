@@ -126,7 +126,7 @@ impl Inputs {
             _opened: Vec::new(),
         };
         for path in paths {
-            if !is_for_the_shared_reader(path) {
+            if !is_read_by_shape_input(path) {
                 let prefix = folder_if_ambiguous(path, paths);
                 inputs.list.push(Input::File(path.clone(), prefix));
                 continue;
@@ -166,7 +166,7 @@ fn folder_if_ambiguous(path: &Path, paths: &[PathBuf]) -> Option<String> {
 
 /// Whether a path is read by the reader of shapes that all verbs share: the standard input, a folder, an archive, a list, or rows
 /// of numbers. Any other file is read in this module.
-fn is_for_the_shared_reader(path: &Path) -> bool {
+fn is_read_by_shape_input(path: &Path) -> bool {
     if is_standard_input(path) {
         return true;
     }

@@ -23,7 +23,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// Find the shapes of a library that are most like a shape
+/// Find the shapes of a library that are most similar to a shape
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "Examples:
   partprobe embed runs/mine dataset/ --form shapes --out library/
@@ -36,16 +36,16 @@ pub(crate) struct NearestArgs {
     /// A folder that `partprobe embed --form shapes` wrote.
     #[arg(value_name = "LIBRARY")]
     library: PathBuf,
-    /// What `embed` reads: STEP files, carriers, meshes, point clouds, folders, data sets.
+    /// Anything that `embed` reads: STEP files, carriers, meshes, point clouds, folders, data sets.
     #[arg(value_name = "QUERY", required = true)]
     queries: Vec<PathBuf>,
     /// The number of shapes for each query.
     #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..))]
     most: u32,
-    /// The run or the weights that the library was made with, if they are in another place now.
+    /// The run or the weights that the library was made with, if they have moved.
     #[arg(long, value_name = "RUN|WEIGHTS")]
     model: Option<PathBuf>,
-    /// Print a JSON object per line.
+    /// Print one JSON object per line.
     #[arg(long)]
     json: bool,
     #[command(flatten)]
@@ -112,7 +112,7 @@ fn backbone_of(
     ensure_preparation(&args.execution.set, &[])?;
     let set = [model.set.as_slice(), &args.execution.set].concat();
     let backbone: BackboneArgs = match &args.model {
-        Some(path) => model.backbone.in_another_place(path),
+        Some(path) => model.backbone.in_other_run(path),
         None => model.backbone.clone(),
     };
     let sha256 = backbone

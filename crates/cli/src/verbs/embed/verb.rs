@@ -23,10 +23,11 @@ use std::process::ExitCode;
   partprobe embed model.safetensors scan.ply mesh.obj --form points --dtype f16 --out embeddings/
   partprobe embed runs/mine dataset/ --form shapes --out library/       for `partprobe nearest`
 
-RUN is a run folder, or the model.safetensors of one. The file contains the settings of the network and of how shapes are prepared.
+RUN is a run folder, or the model.safetensors of one. The file contains the settings of the network and those for preparing
+shapes.
 STEP files, carriers and meshes are sampled by [sample], keyed by the id of the shape. To get the same points as in a data set, give
 its carriers. Points (PLY with nx ny nz; NPZ with points and normals) are taken as they are.
---set accepts keys of how shapes are prepared: label.*, sample.*, net.refine, tokens.test_tokens, tokens.test_poses, tokens.voxels.
+--set accepts the keys for preparing shapes: label.*, sample.*, net.refine, tokens.test_tokens, tokens.test_poses, tokens.voxels.
 Each shape gives <id>.npz with
   --form tokens  embeddings (tokens, dim), token_of_point u32 and multiplicity u32:
                  f['embeddings'][f['token_of_point']] has a row for each point
@@ -34,26 +35,27 @@ Each shape gives <id>.npz with
   --form faces   embeddings (faces, dim): the direction of the mean over the points of each face, and n_points u32 (faces); a face
                  without a point has a row of zeros
   --form shapes  embeddings (1, dim): the direction of the mean over all points. `partprobe nearest` searches them
-Tokens and points come with points, normals, and face_of_point i32 if the shape has a B-Rep. index.jsonl has a line for each shape,
-and is written last.
-Exit codes: 0 every file was embedded, 1 some or none, 2 wrong usage.")]
+With --form tokens or points, the file also contains points, normals, and face_of_point i32 if the shape has a B-Rep. index.jsonl
+has a line for each shape, and is written last.
+Exit codes: 0 every file was embedded, 1 a file could not be embedded, 2 wrong usage.")]
 pub(crate) struct EmbedArgs {
     #[command(flatten)]
     backbone: BackboneArgs,
-    /// STEP files (.step, .stp), carriers and points (.npz), meshes (.ply, .obj, .off, .stl), points (.ply, .npy, .xyz, .pts); folders,
-    /// archives, lists (.txt) and data sets of them; `-` is the standard input.
+    /// STEP files (.step, .stp), carriers and points (.npz), meshes (.ply, .obj, .off, .stl), points (.ply, .npy, .xyz, .pts);
+    /// folders, archives, lists (.txt) and data sets of them; `-` is the standard input.
     #[arg(value_name = "PATH", required = true)]
     paths: Vec<PathBuf>,
     /// The folder to write to.
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// What has a row: each token, with the token of each point, each point, each face, or the shape.
+    /// What a row of the embeddings belongs to: each token (the token of each point is written, too), each point, each face, or
+    /// the shape.
     #[arg(long, value_enum, default_value_t = Form::Tokens)]
     form: Form,
     /// The type of the embeddings.
     #[arg(long, value_enum, default_value_t = Precision::F32)]
     dtype: Precision,
-    /// Keep the files that are there, and embed the other shapes.
+    /// Keep existing files, and embed the other shapes.
     #[arg(long)]
     resume: bool,
     #[command(flatten)]

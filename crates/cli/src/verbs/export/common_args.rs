@@ -12,7 +12,7 @@ pub(crate) struct FolderArgs {
     /// The folder to write.
     #[arg(long, value_name = "DIR")]
     pub(super) out: PathBuf,
-    /// Replace an export that is already there.
+    /// Replace an existing export.
     #[arg(long)]
     pub(super) force: bool,
 }
@@ -22,7 +22,7 @@ pub(crate) struct FolderArgs {
 pub(crate) struct CommonArgs {
     #[command(flatten)]
     pub(super) folder: FolderArgs,
-    /// The label of a face, which gives it its color, its number and its mesh: part, raw-part (before small parts were absorbed), type,
+    /// The label that gives a face its color, its number and its mesh: part, raw-part (before small parts were absorbed), type,
     /// face, cad (the color in the STEP file), or the name of a label layer that the carriers store.
     #[arg(long, visible_alias = "color", value_name = "LABEL", default_value_t = FaceLabel::Part)]
     pub(super) label: FaceLabel,

@@ -16,7 +16,7 @@ use serde_json::{Value, json};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum, Serialize)]
 #[serde(rename_all = "kebab-case")]
 enum TableFormat {
-    /// One JSON document a shape.
+    /// One JSON document per shape.
     Json,
     /// `.faces.csv` and `.edges.csv`.
     Csv,

@@ -206,9 +206,9 @@ fn foreign_file(root: &Path, known: &[Outputs]) -> Result<Option<PathBuf>> {
                 .unwrap_or_default()
                 .to_string_lossy()
                 .into_owned();
-            let is_ours = is_of_an_exporter(&name, &extension, known)
+            let belongs_to_export = is_of_an_exporter(&name, &extension, known)
                 || (name.starts_with('.') && ["part", "unfinished"].contains(&extension.as_str()));
-            if !is_ours || path.is_symlink() {
+            if !belongs_to_export || path.is_symlink() {
                 return Ok(Some(path));
             }
         }
@@ -264,13 +264,13 @@ mod tests {
         first.write_settings("ply", &Value::Null).unwrap();
         first.write(Path::new("a.ply"), b"ply").unwrap();
         for replace in [EXPORT, Replace::Nothing] {
-            let told = make(replace).unwrap_err();
+            let message = make(replace).unwrap_err();
             assert!(
-                told.is::<UsageError>()
-                    && told
+                message.is::<UsageError>()
+                    && message
                         .to_string()
                         .contains("another partprobe is exporting into"),
-                "{told}"
+                "{message}"
             );
         }
         assert_eq!(fs::read(root.join("a.ply")).unwrap(), b"ply");

@@ -47,13 +47,13 @@ exporters! {
     Ply(PlyArgs),
     /// OBJ meshes, with .seg (one label per triangle) and .fidx (the B-Rep face of each triangle).
     Obj(ObjArgs),
-    /// A mesh for each part, in a folder for each shape, with parts.json.
+    /// One mesh per part, in one folder per shape, with parts.json.
     Parts(PartsArgs),
-    /// .seg with a label for each face in the order of the file, and the adjacency with STEP ids.
+    /// .seg files with one label per face in the order of the file, and the adjacency with STEP ids.
     Brepnet(BrepnetArgs),
     /// Point clouds with labels in train, val and test, as Pointcept's DefaultDataset reads them.
     Pointcept(PointceptArgs),
-    /// Meshes that PartField reads, with the map that its results come back by.
+    /// Meshes that PartField reads, and a map with which its results are read.
     PartFieldInput(PartFieldInputArgs),
     /// Parquet tables with a row per shape and lists per face and edge, for pandas, polars, DuckDB and datasets.
     Parquet(ParquetArgs),

@@ -19,7 +19,7 @@ use std::path::{Path, PathBuf};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub(super) enum Vertices {
-    /// One vertex at each position: faces are connected, a closed solid is watertight.
+    /// One vertex per position: faces are connected, and a closed solid is watertight.
     Welded,
     /// Each face has its own vertices, with normals (and colors, in PLY).
     Split,
@@ -41,7 +41,7 @@ pub(super) struct GlbArgs {
 pub(super) enum Nodes {
     /// Each part of each product occurrence, with its name.
     Parts,
-    /// The whole shape: one mesh.
+    /// The whole shape as one mesh.
     One,
 }
 

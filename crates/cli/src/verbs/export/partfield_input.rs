@@ -32,9 +32,9 @@ const PARENTS: &str = "parents";
 #[command(
     after_help = "Example: partprobe export partfield-input dataset/ --out pf/
 
-DIR/meshes/<uid>.obj is a mesh of one object in millimeters, welded, with short edges. DIR/map.json says which shape each
-<uid> is. A <uid> has no `.` and no `_`, which PartField cuts names at. Give DIR/meshes to PartField as `dataset.data_path` and
-`--source_dir`. Its results come back as label source `type = \"partfield\"` with `map = \"DIR\"`."
+DIR/meshes/<uid>.obj is a mesh of one object in millimeters, welded, with short edges. DIR/map.json says which shape each <uid>
+is. A <uid> has no `.` and no `_`, because PartField cuts names there. Give DIR/meshes to PartField as `dataset.data_path` and
+`--source_dir`. Its results are read as a label source with `type = \"partfield\"` and `map = \"DIR\"`."
 )]
 pub(crate) struct PartFieldInputArgs {
     #[command(flatten)]
@@ -42,7 +42,7 @@ pub(crate) struct PartFieldInputArgs {
     /// The longest edge, as a fraction of the diagonal of the shape: PartField gives each triangle one label.
     #[arg(long, default_value_t = 0.02, value_name = "FRACTION", value_parser = max_edge)]
     max_edge: f64,
-    /// Refuse shapes with more triangles: PartField stores 1.8 kB for each.
+    /// Refuse shapes with more triangles: PartField stores 1.8 kB per triangle.
     #[arg(long, default_value_t = 500_000, value_name = "N", value_parser = clap::value_parser!(u32).range(21..))]
     max_triangles: u32,
 }

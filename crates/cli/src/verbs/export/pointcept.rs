@@ -39,30 +39,30 @@ const SPLIT_FILE: &str = "split.json";
 #[command(
     after_help = "Example: partprobe export pointcept dataset/ --out pc/ --split 0.8/0.1/0.1 --seed 7
 
-DIR/train/<id>/ holds coord.npy and normal.npy (float32, N x 3), segment.npy (int32: primitive type of the point's
-part, the type with the largest area in it) and instance.npy (int32: the part, 0 to K-1 among those that got a point).
-DIR/insseg.py and DIR/semseg.py are whole experiments for Pointcept: PTv3 with PointGroup, and PTv3 with a linear head.
+DIR/train/<id>/ contains coord.npy and normal.npy (float32, N x 3), segment.npy (int32: primitive type of the point's part, the
+type with the largest area in it) and instance.npy (int32: the part, 0 to K-1 among those that got a point).
+DIR/insseg.py and DIR/semseg.py are complete experiments for Pointcept: PTv3 with PointGroup, and PTv3 with a linear head.
 DIR/README.md says how to run them, and DIR/pointcept_data.py is their data section. Equal shapes are written once. Shapes of
 one file stay on one side, and shapes that are nearly equal to one of val or test are not written to train. split.json says
 which shapes are on which side.
-`partprobe check pointcept DIR` looks over any such folder."
+`partprobe check pointcept DIR` checks any such folder."
 )]
 pub(crate) struct PointceptArgs {
     #[command(flatten)]
     common: CommonArgs,
-    /// Shares of train, val and test.
+    /// The fractions of train, val and test.
     #[arg(long, default_value = "0.8/0.1/0.1", value_name = "TRAIN/VAL/TEST")]
     split: Shares,
-    /// A shape is not in train if it differs from one of val or test by at most this, in units of its size.
+    /// A shape is left out of train if it differs from one of val or test by at most this, in units of its size.
     #[arg(long, default_value_t = 0.03, value_name = "DIFFERENCE")]
     near_difference: f64,
-    /// Points of a shape, uniform by area.
+    /// The number of points per shape. They are uniform by area.
     #[arg(long, default_value_t = 20_000, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
     points: u32,
-    /// Decides the points and the split.
+    /// The seed of the points and of the split.
     #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u64,
-    /// Which normal a point gets; `analytic` needs shapes that were labeled with `--attributes normal`.
+    /// The normals of the points; `analytic` needs shapes that were labeled with `--attributes normal`.
     #[arg(long, value_enum, default_value_t = NormalConfig::Triangle)]
     normals: NormalConfig,
     /// Leave out shapes with fewer parts than this.

@@ -48,9 +48,9 @@ const TAKES_K: &str = "k-means";
   partprobe render parts/bracket.npz --color predicted -o parts.png
   partprobe export glb parts/bracket.npz --label predicted --out glb/
 
-RUN is a run folder, or the model.safetensors of one. Shapes are prepared as the run prepared its own.
+RUN is a run folder, or the model.safetensors of one. Shapes are prepared with the settings of the run.
 Each shape gives
-  <id>.npz         its carrier with the label layer `predicted`; of a mesh or a point cloud, with these labels in place of given ones
+  <id>.npz         its carrier with the label layer `predicted`; for a mesh or a point cloud, these labels replace given ones
   <id>.seg         a label for each face, in the order of the file; only for shapes with a B-Rep
   <id>.points.npz  points, normals and predicted i32: a label for each point that was embedded
 A face takes the label that most of its points have. A face without a point takes that of the nearest point.
@@ -60,12 +60,12 @@ pub(crate) struct PredictArgs {
     backbone: BackboneArgs,
     #[command(flatten)]
     folder: FolderArgs,
-    /// The number of parts: `auto` finds it, `step-parts` takes as many as the part rule finds, or a number. `auto` looks for the modes of a
-    /// mean shift, which is that of `net.refine` or, without this key, one of 8 steps with kappa 20.
+    /// The number of parts: `auto` finds it, `step-parts` takes as many as the part rule finds, or a number. `auto` counts the
+    /// modes of a mean shift. Its settings are those of `net.refine` or, without this key, 8 steps and kappa 20.
     #[arg(long, value_name = "K", default_value = "auto")]
     k: PartCount,
-    /// The clustering: `k-means` or `average-link` if --k gives the number of parts, and `k-means` without this option. With `--k auto` it is
-    /// always `modes`.
+    /// The clustering: `k-means` or `average-link` if --k gives the number of parts, and `k-means` without this option. With `--k
+    /// auto` it is always `modes`.
     #[arg(long, value_name = "NAME")]
     clusterer: Option<String>,
     /// Keep the shapes that are already in --out, and divide the others.
@@ -182,7 +182,8 @@ impl PredictArgs {
         Ok(found)
     }
 
-    /// Opens the backbone. If the clustering must find the number of parts, a mean shift follows the network, and its modes are the parts.
+    /// Opens the backbone. If the clustering must find the number of parts, a mean shift follows the network, and its modes are
+    /// the parts.
     fn open_backbone(&self) -> Result<Backbone> {
         let overrides = self.folder.shapes.settings();
         ensure_preparation(overrides, &["eval."])?;

@@ -24,7 +24,7 @@ use std::io;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum, Serialize)]
 #[serde(rename_all = "kebab-case")]
 enum Content {
-    /// The file of the carrier as it is: mesh, faces, edges and labels.
+    /// The unchanged file of the carrier: mesh, faces, edges and labels.
     Carrier,
     /// Faces, edges and labels without the mesh.
     Labels,
@@ -38,7 +38,7 @@ enum Content {
   partprobe export webdataset dataset/ --out wds/
   partprobe export webdataset dataset/ --out wds/ --content points --points 20000 --shard-size 500
 
-DIR/shapes-000000.tar and so on hold <key>.npz and <key>.json for each shape. The JSON says which shape it is and how it was
+DIR/shapes-000000.tar and so on contain <key>.npz and <key>.json for each shape. The JSON says which shape it is and how it was
 labeled. A key is the id of the shape with `_` in place of each dot.")]
 pub(crate) struct WebdatasetArgs {
     #[command(flatten)]
@@ -46,16 +46,16 @@ pub(crate) struct WebdatasetArgs {
     /// The most shapes in one tar file.
     #[arg(long, default_value_t = 1000, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     shard_size: u32,
-    /// What the NPZ file of a shape holds.
+    /// The content of the NPZ file of a shape.
     #[arg(long, value_enum, default_value_t = Content::Carrier)]
     content: Content,
-    /// Points of a shape, uniform by area, for `--content points`.
+    /// The number of points per shape, for `--content points`. They are uniform by area.
     #[arg(long, default_value_t = 20_000, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
     points: u32,
-    /// Decides the points.
+    /// The seed of the points.
     #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u64,
-    /// Which normal a point gets; `analytic` needs shapes that were labeled with `--attributes normal`.
+    /// The normals of the points; `analytic` needs shapes that were labeled with `--attributes normal`.
     #[arg(long, value_enum, default_value_t = NormalConfig::Triangle)]
     normals: NormalConfig,
 }

@@ -137,7 +137,7 @@ fn renumbered(reason: &str, old_of: &impl Fn(u64) -> Option<u64>) -> String {
 
 /// The same settings with the chord tolerance of the large file in millimeters, for a text with another diagonal, and the
 /// fraction of that diagonal.
-pub(super) fn at_chord_of(
+pub(super) fn with_chord_of(
     settings: &MeasureSettings,
     large: &InstanceReading,
     text: &[u8],

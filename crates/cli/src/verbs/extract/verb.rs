@@ -1,9 +1,9 @@
 //! Runs `partprobe extract`.
 
-use super::compare::{InstanceReading, at_chord_of};
+use super::compare::{InstanceReading, with_chord_of};
 use crate::config;
 use crate::counted::counted;
-use crate::given_path::is_same_place;
+use crate::given_path::are_same_path;
 use crate::label::step_text;
 use crate::stderr;
 use crate::stdout::print_line;
@@ -20,16 +20,18 @@ use std::path::PathBuf;
 /// The largest number of rows of a list. Longer lists end with the number of rows that are left out.
 const MAX_ROWS: usize = 40;
 
-/// Cut the smallest STEP file around an entity out of a large one, to report a fault without sending the whole file.
+/// Extract an entity, with all that it needs, from a large STEP file into a small one, to report a fault without sending the
+/// large file.
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "Examples:
   partprobe extract bracket.step '#123' -o small.step         a face, with the units of its file
   partprobe extract bracket.step '#123' '#140' -o small.step  two faces in one shell
   partprobe extract bracket.step '#77' -o -                   to stdout; the report goes to stderr
 
-What the entity refers to comes with it. An edge, a curve or a surface is shown by the faces that use it. Names, header
-and product are neutral; coordinates and the schema stay as they are written. Then both files are read, and the verb says
-whether the faces have the same types, areas and reasons of lost entities in both. It ends with 1 if they do not.
+The small file contains everything that the entity refers to. For an edge, a curve or a surface, it contains the faces that use
+it. Names, header and product are replaced by neutral ones; coordinates and the schema stay the same. Then both files are read,
+and the verb says whether the faces have the same types, areas and reasons of lost entities in both. The exit code is 1 if they do
+not.
 Quote the numbers: a shell takes # for a comment.")]
 pub(crate) struct ExtractArgs {
     /// The STEP file.
@@ -40,7 +42,7 @@ pub(crate) struct ExtractArgs {
     /// The file to write; - for stdout.
     #[arg(long, short = 'o', alias = "output", value_name = "STEP")]
     out: PathBuf,
-    /// Keep the numbers of the large file; otherwise instances are counted from 1.
+    /// Keep the `#` numbers of the large file; if not given, instances are numbered from 1.
     #[arg(long)]
     keep_ids: bool,
     /// Settings to start from: a shipped config or a file.
@@ -67,7 +69,7 @@ pub(crate) fn extract(args: &ExtractArgs) -> Result<()> {
         .measure_settings();
     let is_stdout = args.out.as_os_str() == "-";
     ensure!(
-        is_stdout || !is_same_place(&args.file, &args.out),
+        is_stdout || !are_same_path(&args.file, &args.out),
         UsageError(format!(
             "{} is the file that is cut; choose another -o",
             args.out.display()
@@ -144,7 +146,7 @@ impl<'a> Comparison<'a> {
             small.numbers.iter().map(|&(old, new)| (new, old)).collect();
         let before =
             InstanceReading::of(text, settings, |id| new_of.contains_key(&id).then_some(id));
-        let (at_chord, fraction) = at_chord_of(settings, &before, &small.text);
+        let (at_chord, fraction) = with_chord_of(settings, &before, &small.text);
         let after = InstanceReading::of(&small.text, &at_chord, |id| old_of.get(&id).copied());
         let is_other =
             |fraction: &f64| (fraction / settings.options.chord_fraction - 1.0).abs() > 1e-6;

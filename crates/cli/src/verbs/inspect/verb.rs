@@ -14,7 +14,7 @@ use partprobe_verify::{MeasureSettings, MeasuredFile};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-/// Show what a STEP file holds: its faces with types, areas and parts, its edges with angles, and what was lost. Of a mesh or a
+/// Show the content of a STEP file: faces with types, areas and parts, edges with angles, and lost entities. For a mesh or a
 /// point cloud, show its size and its labels.
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "Examples:
@@ -23,14 +23,15 @@ use std::time::Instant;
   partprobe inspect chair.obj
   unzip -p parts.zip bracket.step | partprobe inspect -
 
-Keys of the JSON object: faces (step_id, type, area in mm², part, shell, solid, name, color), edges (faces: two step
-ids, phi in degrees or null, length in mm), n_parts, lost (kind, step_id, reason), units, mesh (triangles, and solids:
-closed in the file; volume of the true surfaces and mesh_volume in mm³; watertight, so that welded by exact coordinates
-the triangles use each edge as often in one direction as in the other; manifold, so that exactly two meet at each), timings.
-Of a mesh or a cloud: kind, n_elements (triangles or points), area, bounding_box, labels (label, name in the file,
+Keys of the JSON object: faces (step_id, type, area in mm², part, shell, solid, name, color), edges (faces: two step ids, phi in
+degrees or null, length in mm), n_parts, lost (kind, step_id, reason), units, mesh (triangles, and solids: closed as in the file,
+volume of the true surfaces and mesh_volume in mm³, watertight, manifold), timings.
+A mesh is watertight if its triangles, welded at equal coordinates, use each edge equally often in both directions. It is manifold
+if exactly two triangles meet at each edge.
+For a mesh or a cloud, the keys are kind, n_elements (triangles or points), area, bounding_box, labels (label, name in the file,
 n_elements, area), n_unlabeled, notes.")]
 pub(crate) struct InspectArgs {
-    /// The STEP file, mesh or point cloud; `-` is the standard input, and its first bytes say what it is.
+    /// The STEP file, mesh or point cloud. `-` is the standard input, whose first bytes give the format.
     file: PathBuf,
     /// Print one JSON object.
     #[arg(long)]

@@ -27,7 +27,7 @@ const MAX_PIXELS: usize = 1 << 28;
   partprobe render parts/ -o stages.png --stages --most-parts 4      faces, types and parts side by side
   partprobe render dataset/ -o sheet.png --most-parts 20 --size 240  a contact sheet with names
   partprobe render bracket.step -o figure.png --legend --background transparent
-  partprobe render bracket.step -o figure.pdf --legend               areas and lines, sharp at any size
+  partprobe render bracket.step -o figure.pdf --legend               vector graphics, sharp at any size
   partprobe render bracket.step -o top.png --camera top --color cad  the colors of the CAD file
   partprobe render bracket.step -o side.png --camera 30,20           azimuth and elevation in degrees
   partprobe render bracket.step -o fine.png --set label.angle_rad=0.05 --set label.chord_fraction=0.0002
@@ -36,28 +36,28 @@ Pictures show the carrier itself, so STEP files are drawn with the tessellation 
 pub(crate) struct RenderArgs {
     #[command(flatten)]
     shapes: ShapeArgs,
-    /// The picture to write: pixels (.png), or areas and lines without the hidden ones (.svg, .pdf).
+    /// The picture to write: pixels (.png), or vector graphics without hidden areas and lines (.svg, .pdf).
     #[arg(long, short = 'o', alias = "output", value_name = "FILE")]
     out: PathBuf,
-    /// What gives a face its color: part, raw-part (before small parts were absorbed), type, face, cad (the colors of the STEP file), or
-    /// the name of a label layer that the carriers store.
+    /// What gives a face its color: part, raw-part (before small parts were absorbed), type, face, cad (the colors of the STEP
+    /// file), or the name of a label layer that the carriers store.
     #[arg(long, visible_alias = "label", value_name = "LABEL", default_value_t = FaceLabel::Part)]
     color: FaceLabel,
     /// Draw faces, types and parts of each shape side by side.
     #[arg(long, conflicts_with = "color")]
     stages: bool,
-    /// Of all shapes, draw the N with the most parts.
+    /// Draw only the N shapes with the most parts.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     most_parts: Option<u32>,
-    /// Pictures in a row of a contact sheet; about as many as there are rows if not given.
+    /// The number of pictures per row of a contact sheet; about the number of rows if not given.
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..=256))]
     columns: Option<u16>,
-    /// Side of each picture, in pixels; in points of a PDF.
+    /// The side of each picture, in pixels (in points in a PDF).
     #[arg(long, default_value_t = 480, value_parser = clap::value_parser!(u32).range(16..=4096))]
     size: u32,
-    /// Where the camera is: best (the corner that shows most parts), corner (always the upper front right), front, back, left, right,
-    /// top, bottom, iso, two angles such as 30,20 (azimuth from the front to the right, and elevation, in degrees), or a direction from
-    /// the shape such as 1,-1,0.5.
+    /// The position of the camera: best (the corner that shows most parts), corner (always the upper front right), front, back,
+    /// left, right, top, bottom, iso, two angles such as 30,20 (azimuth from the front to the right, and elevation, in degrees),
+    /// or a direction from the shape such as 1,-1,0.5.
     #[arg(long, alias = "view", value_name = "VIEW", default_value_t = Viewpoint::Best, allow_hyphen_values = true)]
     camera: Viewpoint,
     /// The axis that points up: x, y, z, -x, -y, -z, or a direction such as 0,1,0.2.
@@ -66,7 +66,7 @@ pub(crate) struct RenderArgs {
     /// What is behind the shapes: white, transparent, or a color such as #f0f0f0.
     #[arg(long, value_name = "COLOR", default_value_t = Background::White)]
     background: Background,
-    /// Say next to each picture what the colors mean: the label, how many faces have it, and its share of the area.
+    /// Add a legend to each picture: for each color the label, its number of faces, and its fraction of the area.
     #[arg(long)]
     legend: bool,
     /// Compute the parts again with this dihedral threshold, in degrees.

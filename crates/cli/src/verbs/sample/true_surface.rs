@@ -39,13 +39,13 @@ pub(super) struct SurfaceResult {
 /// Projects each point onto the surface of its face, and moves it there if requested.
 ///
 /// The carrier must have been labeled with `uv` among its attributes.
-pub(super) fn settle(
+pub(super) fn project_points(
     sample: &mut PointSample,
     carrier: &Carrier,
     brep: &Brep,
     wanted: &SurfaceRequest,
 ) -> SurfaceResult {
-    let mut settled = SurfaceResult {
+    let mut projected = SurfaceResult {
         attributes: SurfaceAttributes::default(),
         n_unprojected: 0,
     };
@@ -53,11 +53,11 @@ pub(super) fn settle(
         FaceSurfaces::with_instances(brep, &carrier.graph().faces, &carrier.meta().instances);
     for i in 0..sample.points.len() {
         let found = surface_point(&surfaces, carrier, sample, i);
-        settled.n_unprojected += usize::from(found.is_none());
+        projected.n_unprojected += usize::from(found.is_none());
         if let Some(found) = found {
             move_point(sample, i, &found, wanted);
         }
-        let attributes = &mut settled.attributes;
+        let attributes = &mut projected.attributes;
         if wanted.has(Attribute::Uv) {
             attributes
                 .uv
@@ -72,7 +72,7 @@ pub(super) fn settle(
                 .push(found.map_or([[f32::NAN; 3]; 2], |found| found.direction));
         }
     }
-    settled
+    projected
 }
 
 fn surface_point(

@@ -1,6 +1,6 @@
 //! Defines the arguments of `sample`, and its loop over shapes.
 
-use super::true_surface::{SurfaceRequest, SurfaceResult, settle};
+use super::true_surface::{SurfaceRequest, SurfaceResult, project_points};
 use crate::config::{self, Attribute, Config, NormalConfig};
 use crate::counted::counted;
 use crate::damaged_carriers::{is_damaged_carrier, refuse_damaged_carriers};
@@ -40,12 +40,12 @@ use std::sync::atomic::{AtomicUsize, Ordering};
   cat part.step | partprobe sample - --out points/ --format npz
   partprobe sample robot.step --out points/ --format npz --instances --project
 
-DATA is a labeled data set, or STEP files, folders or lists, which are then labeled by the config's [label].
+DATA is a labeled data set, or STEP files, folders or lists, which are labeled first, with the config's [label].
 Archives are not read here: label them first, and sample the data set.
-NPZ: points f32 (N,3), normals f32 (N,3), triangles u32 (N), and label_<source> i32 (N) for each --source; on request
-uv f64 (N,2), curvature f32 (N,2), direction f32 (N,2,3). PLY: x y z nx ny nz, red green blue, and int part with the labels of
-the first --source. Analytic normals are interpolated between those of the vertices; they need carriers that were labeled with
---attributes normal. --project and --attributes ask the true surfaces, which only STEP files hold.")]
+NPZ: points f32 (N,3), normals f32 (N,3), triangles u32 (N), and label_<source> i32 (N) for each --source; on request uv f64
+(N,2), curvature f32 (N,2), direction f32 (N,2,3). PLY: x y z nx ny nz, red green blue, and int part with the labels of the first
+--source. Analytic normals are interpolated between those of the vertices; they need carriers that were labeled with --attributes
+normal. --project and --attributes need the true surfaces, which only STEP files contain.")]
 pub(crate) struct SampleArgs {
     /// A data set, or STEP files, folders, or text files that list paths; `-` is the standard input.
     #[arg(required = true, value_name = "DATA")]
@@ -56,28 +56,28 @@ pub(crate) struct SampleArgs {
     /// The format of the samples.
     #[arg(long, value_enum)]
     format: SampleFormat,
-    /// Points of a shape; the config's sample.n_points if not given.
+    /// The number of points per shape; the config's sample.n_points if not given.
     #[arg(long, visible_alias = "points", value_name = "N")]
     n_points: Option<usize>,
-    /// Which normal a point gets; the config's sample.normals if not given.
+    /// The normals of the points; the config's sample.normals if not given.
     #[arg(long, value_enum)]
     normals: Option<NormalConfig>,
     /// Move each point to its face's true surface, and give it that surface's normal.
     #[arg(long)]
     project: bool,
-    /// What to ask of the true surface at each point.
+    /// The properties of the true surface to compute at each point.
     #[arg(long, value_name = "LIST", value_enum, value_delimiter = ',')]
     attributes: Vec<Attribute>,
-    /// Place every occurrence of every product of a STEP file; each product once if not given.
+    /// Place every occurrence of every product of a STEP file; if not given, each product is used once.
     #[arg(long)]
     instances: bool,
     /// The seed; the config's sample.seed if not given.
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
-    /// Threads; as many as there are cores if not given. The samples do not depend on it.
+    /// The number of threads; one per core if not given. The samples do not depend on it.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: Option<u16>,
-    /// Label sources, first the one that a PLY file shows.
+    /// Label sources. A PLY file contains the labels of the first one.
     #[arg(long = "source", value_name = "SOURCE", default_values = DEFAULT_SOURCES)]
     sources: Vec<String>,
     /// Settings to start from: a shipped config or a file.
@@ -93,7 +93,7 @@ pub(crate) struct SampleArgs {
 enum SampleFormat {
     /// One NumPy archive per shape.
     Npz,
-    /// One binary point cloud a shape.
+    /// One binary point cloud per shape.
     Ply,
 }
 
@@ -106,19 +106,19 @@ const MAX_WARNINGS: usize = 10;
 /// If the data are damaged, a source is unknown, true surfaces of a data set are requested, no shape could be sampled, a carrier
 /// of the data set is damaged, or a file cannot be written.
 pub(crate) fn sample(args: &SampleArgs) -> Result<()> {
-    let wanted = SurfaceRequest {
+    let requested = SurfaceRequest {
         project: args.project,
         attributes: args.attributes.clone(),
     };
-    let config = settings(args, &wanted)?;
+    let config = settings(args, &requested)?;
     let sampler = Sampler {
         args,
         sources: sources_named(&config, &args.sources).map_err(as_usage_error)?,
         given: sources_named(&config, &[GIVEN.to_owned()])?,
         config,
-        wanted,
+        requested,
     };
-    sampler.check_wanted()?;
+    sampler.check_requested()?;
     match args.data.as_slice() {
         [folder] if is_dataset(folder) => sampler.sample_dataset(folder),
         paths => sampler.sample_step_files(paths),
@@ -130,7 +130,7 @@ fn is_dataset(path: &Path) -> bool {
     path.join(INDEX_FILE).exists() || path.join(SETTINGS_FILE).exists()
 }
 
-fn settings(args: &SampleArgs, wanted: &SurfaceRequest) -> Result<Config> {
+fn settings(args: &SampleArgs, requested: &SurfaceRequest) -> Result<Config> {
     let mut overrides = args.set.clone();
     overrides.extend(
         args.n_points
@@ -143,7 +143,7 @@ fn settings(args: &SampleArgs, wanted: &SurfaceRequest) -> Result<Config> {
     }));
     overrides.extend(args.instances.then(|| "label.instances=true".to_owned()));
     let mut config = config::load(&args.config, &overrides)?.config;
-    if !wanted.is_nothing() {
+    if !requested.is_nothing() {
         // The search for the parameters of a point begins at those of the vertices.
         config.label.attributes.push(Attribute::Uv);
     }
@@ -160,13 +160,13 @@ struct Sampler<'a> {
     sources: Vec<BoxedSource>,
     /// The given labels, for shapes without a B-Rep.
     given: Vec<BoxedSource>,
-    wanted: SurfaceRequest,
+    requested: SurfaceRequest,
 }
 
 impl Sampler<'_> {
-    fn check_wanted(&self) -> Result<()> {
+    fn check_requested(&self) -> Result<()> {
         let beyond_ply = self
-            .wanted
+            .requested
             .attributes
             .iter()
             .any(|&attribute| attribute != Attribute::Normal);
@@ -177,7 +177,7 @@ impl Sampler<'_> {
             )
         );
         ensure!(
-            self.wanted.is_nothing() || self.config.label.kernel == Kernel::Own,
+            self.requested.is_nothing() || self.config.label.kernel == Kernel::Own,
             UsageError(
                 "--project and --attributes need partprobe's own kernel: label.kernel=own"
                     .to_owned()
@@ -194,7 +194,7 @@ impl Sampler<'_> {
             )
         );
         ensure!(
-            self.wanted.is_nothing(),
+            self.requested.is_nothing(),
             UsageError(
                 "a data set holds no surfaces: give the STEP files themselves to --project and --attributes, \
                  or take --normals analytic"
@@ -328,12 +328,12 @@ impl Sampler<'_> {
     fn write_sample(&self, id: &str, carrier: &Carrier, brep: Option<&Brep>) -> Result<usize> {
         let sources = self.sources_of(carrier);
         let (mut sample, labels) = labeled_points(carrier, &self.config.sample, sources)?;
-        let mut settled = SurfaceResult {
+        let mut projected = SurfaceResult {
             attributes: SurfaceAttributes::default(),
             n_unprojected: 0,
         };
-        if let Some(brep) = brep.filter(|_| !self.wanted.is_nothing()) {
-            settled = settle(&mut sample, carrier, brep, &self.wanted);
+        if let Some(brep) = brep.filter(|_| !self.requested.is_nothing()) {
+            projected = project_points(&mut sample, carrier, brep, &self.requested);
         }
         let (bytes, extension) = match self.args.format {
             SampleFormat::Npz => {
@@ -342,7 +342,7 @@ impl Sampler<'_> {
                 (
                     sample_with_attributes_to_npz(
                         &sample,
-                        &settled.attributes,
+                        &projected.attributes,
                         &labels,
                         Compression::Stored,
                     )?,
@@ -366,7 +366,7 @@ impl Sampler<'_> {
             }
         };
         write_atomically(&self.args.out.join(format!("{id}.{extension}")), &bytes)?;
-        Ok(settled.n_unprojected)
+        Ok(projected.n_unprojected)
     }
 }
 

@@ -196,11 +196,11 @@ mod tests {
             ),
         ];
         for (members, expected) in cases {
-            let told = read(members)
+            let message = read(members)
                 .err()
                 .map(|error| format!("{error:#}"))
                 .unwrap();
-            assert!(told.contains(expected), "{told}");
+            assert!(message.contains(expected), "{message}");
         }
     }
 }

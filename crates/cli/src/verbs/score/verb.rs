@@ -34,14 +34,14 @@ const PREDICTED: &str = "predicted";
   partprobe score predictions/
   partprobe score predictions/ --expect bounds.toml --junit report.xml
 
-Each <id>.npz in the folder is a shape. It holds `reference`, a label per point (a negative one is ignored), and at least one of
-`predicted`, a cluster per point, and `embedding`, a row per point. With `points` (three coordinates per point) there is a boundary
-accuracy; `normals` then tell the two sides of a thin wall apart. Embeddings are clustered into as many clusters as the
+Each <id>.npz in the folder is a shape. It contains `reference`, a label per point (a negative one is ignored), and at least one
+of `predicted`, a cluster per point, and `embedding`, a row per point. With `points` (three coordinates per point) there is a
+boundary accuracy; `normals` then distinguish the two sides of a thin wall. Embeddings are clustered into as many clusters as the
 reference has parts. A file that cannot be scored is named, and the others are scored.
 
 A file of bounds has lines such as `miou = \">= 0.5\"` or `\"k-means.accuracy\" = \">= 0.7\"`. A bound must name its column, such as
 k-means or predicted, if there are several.
-Exit codes: 0 done, 3 a bound is missed, 1 no bound is missed, but a file could not be scored.")]
+Exit codes: 0 done, 1 no bound is missed, but a file could not be scored, 3 a bound is missed.")]
 pub(crate) struct ScoreArgs {
     /// The folder with the files.
     #[arg(value_name = "DIR")]

@@ -15,30 +15,30 @@ use partprobe_sources::{CONTROLS, SOURCES, SourceControl, SourceFactory};
 use serde::Serialize;
 use std::path::PathBuf;
 
-/// List the label sources, each with a line that says what its labels are; with --data, measure some of them on shapes.
+/// List the label sources, with one line of explanation per source; with --data, measure some of them on shapes.
 #[derive(Clone, Debug, clap::Args)]
 #[command(
     after_help = "Replace a placeholder such as <K> with a whole number in the range that is shown, and <SOURCE> with the name of another source.
 Example: partprobe sample dataset/ --out points/ --format npz --source step-parts --source ward-20
-Labels of another program are listed if a config names them in [sources.NAME]: partprobe sources --config my.toml
---json adds the lowest and the highest number that each placeholder accepts, whether `label --layers` can store the
-labels, and what a shape must hold at least: a B-Rep, a mesh, or a point cloud.
+Labels of another program are listed if a config names them in [sources.NAME]: `partprobe sources --config my.toml`.
+--json adds the lowest and the highest number that each placeholder accepts, whether `label --layers` can store the labels, and
+what a shape must have at least: a B-Rep, a mesh, or a point cloud.
 
-With --data, the card of the named sources:
+With --data, the card of the named sources is printed:
   partprobe sources step-parts ward-20 brep-face --data dataset/ --out card/
-It says how many labels each source gives, how evenly the area is spread over them (entropy), how long their borders are,
-how many shapes have 20 labels or more, and how far each two sources are apart (ARI). --out writes sources.md,
-sources.json, and a PNG for each of the five shapes on which two sources differ most."
+It says how many labels each source gives, how evenly the area is spread over them (entropy), how long their borders are, how many
+shapes have 20 labels or more, and how well each pair of sources agrees (ARI). --out writes sources.md, sources.json, and a PNG
+for each of the five shapes on which two sources differ most."
 )]
 pub(crate) struct SourcesArgs {
-    /// The sources of the card.
+    /// The sources to measure, with --data.
     #[arg(value_name = "SOURCE")]
     sources: Vec<String>,
     #[command(flatten)]
     data: DataArgs,
     #[command(flatten)]
     choice: ChoiceArgs,
-    /// Points of each shape on which two sources are compared, uniform by area.
+    /// The number of points per shape on which sources are compared. They are uniform by area.
     #[arg(long, value_name = "N", default_value_t = 20_000, value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
     points: u32,
     /// A folder to write the card to.

@@ -35,10 +35,10 @@ const N_GRIDS: usize = 4;
   partprobe tessellation --data parts/ --sources step-parts,ward-20
   partprobe tessellation --data parts/ --sources step-parts --shapes 240 --min-parts 2 --max-parts 20 --out consistency/
 
-Each STEP file is meshed three times: T0 with the settings as they are, T1 with half and T2 with twice the chord, the angle
-and the longest edge of the refined mesh. Points are drawn once, on T0. They take the labels of T1 and T2 from the nearest
-triangle. Labels are matched one to one, and what is not matched counts 0. Sources that depend on small parts being
-absorbed are measured with and without it (label.tau_min).
+Each STEP file is meshed three times: T0 with the settings as they are, T1 with half and T2 with twice the chord, the angle and
+the longest edge of the refined mesh. Points are drawn once, on T0. They take the labels of T1 and T2 from the nearest triangle.
+Labels are matched one to one, and labels without a match count 0. Sources that depend on the absorption of small parts are
+measured with and without it (label.tau_min).
 --out writes tessellation.md, tessellation.csv, tessellation.json, shapes.csv, refused.csv, and a PNG with the pictures of
 each of the four shapes on which the labels agree least.")]
 pub(crate) struct TessellationArgs {
@@ -49,7 +49,7 @@ pub(crate) struct TessellationArgs {
     data: DataArgs,
     #[command(flatten)]
     choice: ChoiceArgs,
-    /// Points of each shape, uniform by area.
+    /// The number of points per shape. They are uniform by area.
     #[arg(long, value_name = "N", default_value_t = 100_000, value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
     points: u32,
     /// A folder to write tables and pictures to.

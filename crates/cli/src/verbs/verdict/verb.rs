@@ -22,42 +22,43 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
-/// Say whether one label source trains better backbones than another, within a budget of time
+/// Decide within a time budget whether one label source trains better backbones than another
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "Examples:
   partprobe verdict --mine labels/ --data parts/ --budget 60m           your label files against step-parts
   partprobe verdict --mine ward-20 --against step-parts --data dataset/ two known sources
 
 Both sources train the same network on the same shapes, with up to three seeds. After each seed the scores on held-out shapes are
-tested, and the trainings stop as soon as the difference is more than chance. OUT/run is a run folder: `partprobe eval OUT/run` adds
-all tables. Exit codes: 0 a verdict was printed, 3 it is not the one of --expect.")]
+tested, and the trainings stop as soon as the difference is larger than chance explains. OUT/run is a run folder: `partprobe eval
+OUT/run` adds all tables. Exit codes: 0 a verdict was printed, 3 the verdict is not that of --expect.")]
 pub(crate) struct VerdictArgs {
-    /// The label source in question: a name (see `partprobe sources`), or a file or folder of labels.
+    /// The label source to judge: a name (see `partprobe sources`), or a file or folder of labels.
     #[arg(long, value_name = "SOURCE|PATH")]
     mine: String,
-    /// The type of the label files; it is found by joining them if not given.
+    /// The type of the label files; if not given, it is the only type with which the labels join.
     #[arg(long = "type", value_name = "TYPE")]
     import_type: Option<String>,
-    /// The label source that it is compared with.
+    /// The label source to compare with.
     #[arg(long, value_name = "SOURCE", default_value = "step-parts")]
     against: String,
-    /// Score against this label source alone. Both compared sources are referees if not given, so that neither has an advantage.
+    /// Score only against this label source; if not given, score against both compared sources, so that neither has an advantage.
     #[arg(long, value_name = "SOURCE")]
     referee: Option<String>,
     /// STEP files, folders, lists of paths, or a labeled data set.
     #[arg(long, value_name = "PATH", num_args = 1.., required = true)]
     data: Vec<PathBuf>,
-    /// The time for all trainings and scores, for example 60m or 2h. The program measures its own speed, and then fixes the number of
-    /// updates.
+    /// The time for all trainings and scores, for example 60m or 2h. The program first measures its speed, and then chooses the
+    /// number of updates.
     #[arg(long, value_name = "TIME", default_value = "60m", value_parser = time)]
     budget: Duration,
-    /// The number of updates of each training, instead of --budget: then the verdict does not depend on the machine.
+    /// The number of updates of each training, instead of --budget. The verdict then does not depend on the machine.
     #[arg(long, value_name = "N", conflicts_with = "budget")]
     updates: Option<usize>,
-    /// The part of a file name before this text is its collection; a collection is not on two sides of the split.
+    /// Files whose names are equal up to this text are one collection, which stays on one side of the split. With an empty text,
+    /// each file is a collection.
     #[arg(long, value_name = "TEXT", default_value = "")]
     collection_separator: String,
-    /// Exit with 3 if the verdict is another one.
+    /// Exit with 3 if the verdict is a different one.
     #[arg(long, value_enum, value_name = "VERDICT")]
     expect: Option<Expected>,
     /// The folder to write; `runs/DATE-verdict` if not given.

@@ -75,8 +75,8 @@ mod tests {
             r#"{{"translation": [1, 2, 3], "rotation": [0, 0, {half}, {half}], "scale": [2, 1, 1]}}"#
         ));
         let [x, y, z] = placed.applied([1.0, 1.0, 1.0]);
-        let apart = (x - 0.0).abs() + (y - 4.0).abs() + (z - 4.0).abs();
-        assert!(apart < 1e-12, "{x} {y} {z}");
+        let difference = (x - 0.0).abs() + (y - 4.0).abs() + (z - 4.0).abs();
+        assert!(difference < 1e-12, "{x} {y} {z}");
         assert!(!placed.mirrors());
     }
 

@@ -238,7 +238,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_claimed_is_not_believed() {
+    fn claimed_sizes_are_not_trusted() {
         let file =
             |elements: &str| format!("ply\nformat ascii 1.0\n{elements}end_header\n").into_bytes();
         let endless = file("element vertex 18446744073709551615\n");

@@ -188,7 +188,7 @@ fn a_file_may_hold_many_shapes() {
 }
 
 #[test]
-fn a_damaged_line_costs_its_shape_alone() {
+fn a_damaged_line_loses_only_its_shape() {
     for (line, file, reason) in [
         (&b"{"[..], None, "not JSON"),
         (b"\"\xff\"", None, "not JSON"),

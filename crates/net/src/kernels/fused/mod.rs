@@ -259,7 +259,7 @@ mod tests {
         let composed = forward_and_gradients(inputs, composed);
         for (at, (a, b)) in fused.iter().zip(&composed).enumerate() {
             assert_eq!(a.len(), b.len(), "of {at}");
-            let apart: f64 = a
+            let difference: f64 = a
                 .iter()
                 .zip(b)
                 .map(|(x, y)| f64::from(x - y).powi(2))
@@ -267,7 +267,10 @@ mod tests {
                 .sqrt();
             let size: f64 = b.iter().map(|&y| f64::from(y).powi(2)).sum::<f64>().sqrt();
             // The absolute term is for gradients that nearly cancel.
-            assert!(apart <= 3e-6 * size + 5e-7, "{at}: {apart:e} of {size:e}");
+            assert!(
+                difference <= 3e-6 * size + 5e-7,
+                "{at}: {difference:e} of {size:e}"
+            );
         }
     }
 }

@@ -250,7 +250,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn paths_are_dropped_more_the_deeper_they_lie() {
+    fn deeper_paths_are_dropped_more_often() {
         assert_eq!(
             ramp(0.3, 4)
                 .iter()

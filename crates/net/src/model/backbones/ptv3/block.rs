@@ -258,7 +258,7 @@ mod tests {
     use burn::tensor::{Device, TensorData};
 
     #[test]
-    fn a_token_hears_of_the_others_in_its_cell_and_of_no_more() {
+    fn a_token_exchanges_only_with_tokens_of_its_cell() {
         let tokens = tokenize(&labeled_box(2.0, 600).sample, 60, Voxels::NormalKeyed).unwrap();
         let hierarchy = Hierarchy::with_cells(&tokens, 16, &fixed_orders(1, &Curve::ALL));
         let levels = levels_of(&[&hierarchy]);

@@ -195,14 +195,14 @@ fn a_surface_without_ends_is_no_outer_bound() {
 }
 
 /// A cube in a representation, and something else in one of another class.
-fn cube_beside(
+fn cube_and_item(
     class: &str,
     relationship: Option<&str>,
-    beside: impl Fn(&mut StepText) -> usize,
+    other_item: impl Fn(&mut StepText) -> usize,
 ) -> Vec<u8> {
     let mut text = cuboid([10.0; 3]);
     let part = text.add("APPROVAL_STATUS('approved')") - 1;
-    let item = beside(&mut text);
+    let item = other_item(&mut text);
     let other = text.add(format!("{class}('',(#{item}),#1)"));
     if let Some(relationship) = relationship {
         text.add(
@@ -248,8 +248,8 @@ fn supplemental_geometry_is_no_face_of_the_part() {
     ];
     for (class, relationship) in cases {
         let named = [
-            cube_beside(class, relationship, set),
-            cube_beside(class, relationship, solid),
+            cube_and_item(class, relationship, set),
+            cube_and_item(class, relationship, solid),
         ];
         for text in named {
             check(class, &text, &[(6, Plane)], [12, 6], 600.0, 1000.0);
@@ -257,7 +257,7 @@ fn supplemental_geometry_is_no_face_of_the_part() {
         }
         check(
             class,
-            cube_beside(class, relationship, face),
+            cube_and_item(class, relationship, face),
             &[(6, Plane)],
             [12, 6],
             600.0,
@@ -265,7 +265,7 @@ fn supplemental_geometry_is_no_face_of_the_part() {
         );
     }
     // The same solid in a representation of shape counts.
-    let text = cube_beside("SHAPE_REPRESENTATION", None, solid);
+    let text = cube_and_item("SHAPE_REPRESENTATION", None, solid);
     check(
         "second solid",
         text,

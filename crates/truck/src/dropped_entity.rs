@@ -1,19 +1,19 @@
-//! Names entities of a file that truck does not give, and the reasons.
+//! Defines an entity of a file that truck drops, and the reason.
 
 use std::fmt;
 
-/// The kind of a lost entity.
+/// The kind of a dropped entity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DroppedKind {
     /// A shell with all of its faces.
     Shell,
-    /// A face, or its triangles.
+    /// A face, or only its triangles.
     Face,
-    /// A loop of a face that was read without it.
+    /// A loop of a face. The face was read without this loop.
     Loop,
 }
 
-/// An entity that the file contains and truck does not give.
+/// An entity that is in the file, but not in truck's result.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DroppedEntity {
     /// Its kind.

@@ -12,7 +12,11 @@ use toml::Table;
 ///
 /// # Errors
 /// If the config cannot be read.
-pub(crate) fn stated_table(name_or_path: &str, overrides: &[String], table: &str) -> Result<Table> {
+pub(crate) fn explicit_table(
+    name_or_path: &str,
+    overrides: &[String],
+    table: &str,
+) -> Result<Table> {
     let (_, text, path) = read_text(name_or_path)?;
     let mut own = Table::new();
     for config in chain(name_or_path, &text, path.as_deref())?.iter().rev() {
@@ -59,12 +63,12 @@ mod tests {
     #[track_caller]
     fn check(name_or_path: &str, overrides: &[&str], expected: &[&str]) {
         let overrides: Vec<String> = overrides.iter().map(|&text| text.to_owned()).collect();
-        let found = stated_table(name_or_path, &overrides, "label").unwrap();
+        let found = explicit_table(name_or_path, &overrides, "label").unwrap();
         assert_eq!(found.keys().collect::<Vec<_>>(), expected);
     }
 
     #[test]
-    fn only_what_the_caller_says_is_stated() {
+    fn only_explicit_keys_are_in_the_table() {
         check("base", &[], &[]);
         check("smoke", &[], &[]);
         check("abc-small", &[], &["unit"]);

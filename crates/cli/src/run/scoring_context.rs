@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use std::collections::BTreeMap;
 
 /// The data that are the same for all rows of one set of tables.
-pub(super) struct ScoringPlace<'a> {
+pub(super) struct ScoringContext<'a> {
     pub(super) config: &'a Config,
     /// The references, each of which has labeled all shapes.
     pub(super) references: Vec<String>,
@@ -22,7 +22,7 @@ pub(super) struct ScoringPlace<'a> {
     pub(super) folder: Option<&'a RunFolder>,
 }
 
-impl ScoringPlace<'_> {
+impl ScoringContext<'_> {
     /// Writes `predictions/<name>.npz`.
     ///
     /// # Errors
