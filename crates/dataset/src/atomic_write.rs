@@ -28,6 +28,12 @@ impl OutputError {
             source: source.into(),
         }
     }
+
+    /// The file or folder.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
 }
 
 /// Distinguishes the temporary files of this process.

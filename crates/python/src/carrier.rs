@@ -5,6 +5,7 @@
 use crate::arrays::{KeptArrays, numpy_array, shaped, widened};
 use crate::background::compute;
 use crate::errors::{carrier_error, damaged, output_error, usage};
+use crate::given_numbers::{count, seed as seed_of};
 use crate::graph::graph_of;
 use crate::picture::png;
 use crate::sample::{PySample, ensure_n_points, normal_kind};
@@ -369,7 +370,7 @@ impl PyCarrier {
         py: Python<'py>,
         source: &str,
         on: &str,
-        seed: u64,
+        #[pyo3(from_py_with = seed_of)] seed: u64,
     ) -> PyResult<Bound<'py, PyAny>> {
         if !["triangles", "faces"].contains(&on) {
             return Err(usage(format!(
@@ -400,7 +401,13 @@ impl PyCarrier {
     /// >>> sample.points.shape, sample.labels("step-parts").shape
     /// ((1000, 3), (1000,))
     #[pyo3(signature = (n, seed=0, normals="triangle"))]
-    fn sample(&self, py: Python<'_>, n: usize, seed: u64, normals: &str) -> PyResult<PySample> {
+    fn sample(
+        &self,
+        py: Python<'_>,
+        #[pyo3(from_py_with = count)] n: usize,
+        #[pyo3(from_py_with = seed_of)] seed: u64,
+        normals: &str,
+    ) -> PyResult<PySample> {
         let (carrier, kind) = (self.carrier.clone(), normal_kind(normals)?);
         ensure_n_points("n", n)?;
         let draw = move || {
@@ -431,13 +438,23 @@ impl PyCarrier {
     /// A picture as the bytes of a PNG file. `label` is "part", "raw-part", "type", "face", or the name of a label layer that the
     /// carrier stores. `size` is the side of the picture in pixels.
     #[pyo3(signature = (label="part", *, size=480))]
-    fn png<'py>(&self, py: Python<'py>, label: &str, size: usize) -> PyResult<Bound<'py, PyBytes>> {
+    fn png<'py>(
+        &self,
+        py: Python<'py>,
+        label: &str,
+        #[pyo3(from_py_with = count)] size: usize,
+    ) -> PyResult<Bound<'py, PyBytes>> {
         png(py, &self.carrier, label, size)
     }
 
     /// Shows the picture in a notebook. Elsewhere, write the bytes of `png` to a file.
     #[pyo3(signature = (label="part", *, size=480))]
-    fn show(&self, py: Python<'_>, label: &str, size: usize) -> PyResult<()> {
+    fn show(
+        &self,
+        py: Python<'_>,
+        label: &str,
+        #[pyo3(from_py_with = count)] size: usize,
+    ) -> PyResult<()> {
         let picture = self.png(py, label, size)?;
         let display = py.import("IPython.display").map_err(|_| {
             usage("show needs a notebook with IPython; elsewhere write `carrier.png()` to a file")

@@ -3,7 +3,8 @@
 use crate::arrays::{rows, shaped, widened};
 use crate::background::compute;
 use crate::carrier::{PyCarrier, read_carrier, source_labels};
-use crate::errors::{carrier_error, dataset_error, usage};
+use crate::errors::{carrier_error, dataset_error, os_error, usage};
+use crate::given_numbers::{count, seed as seed_of};
 use crate::sample::{ensure_n_points, normal_kind};
 use partprobe_carrier::{NormalKind, PointSample, keyed_rng, sample_by_area};
 use partprobe_dataset::{CarrierRef, Dataset, DatasetError};
@@ -116,14 +117,16 @@ impl PyDataset {
     fn new(
         py: Python<'_>,
         path: PathBuf,
-        n_points: usize,
-        seed: u64,
+        #[pyo3(from_py_with = count)] n_points: usize,
+        #[pyo3(from_py_with = seed_of)] seed: u64,
         normals: &str,
         source: &str,
     ) -> PyResult<Self> {
         let normals = normal_kind(normals)?;
         ensure_n_points("n_points", n_points)?;
         source_named(source).map_err(usage)?;
+        // Items are read later, perhaps from another working directory or by another process.
+        let path = std::path::absolute(&path).map_err(|error| os_error(&error, &path))?;
         let root = path.clone();
         let dataset = compute(py, move || Dataset::open(&path))?
             .map_err(|error| dataset_error(&error, &root))?;

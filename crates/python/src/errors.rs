@@ -91,5 +91,8 @@ pub(crate) fn dataset_error(error: &DatasetError, root: &Path) -> PyErr {
 
 /// The exception for a file that cannot be written.
 pub(crate) fn output_error(error: &OutputError) -> PyErr {
-    PyOSError::new_err(sentence(error))
+    match error.source().and_then(|cause| cause.downcast_ref()) {
+        Some(cause) => os_error(cause, error.path()),
+        None => PyOSError::new_err(sentence(error)),
+    }
 }

@@ -11,6 +11,7 @@ use pyo3::types::PyDict;
 /// `UsageError` with the name if it is not such a vector, or a number does not fit in 32 bits.
 pub(crate) fn labels(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Vec<i32>> {
     let array = of_kind(name, given, "iu", 1, "whole numbers")?;
+    refuse_large(name, &array)?;
     let array = converted(&array, "int64")?;
     let wide: PyReadonlyArray1<'_, i64> = array.extract()?;
     let narrowed = |&label: &i64| {
@@ -83,6 +84,19 @@ fn of_kind<'py>(
         )));
     }
     Ok(array)
+}
+
+/// Refuses numbers that 64 bits with a sign do not hold: the conversion would make negative ones of them.
+fn refuse_large(name: &str, array: &Bound<'_, PyAny>) -> PyResult<()> {
+    let Ok(unsigned) = array.extract::<PyReadonlyArray1<'_, u64>>() else {
+        return Ok(());
+    };
+    match unsigned.as_array().iter().max() {
+        Some(&largest) if i64::try_from(largest).is_err() => {
+            Err(usage(format!("{name}: {largest} does not fit in 32 bits")))
+        }
+        _ => Ok(()),
+    }
 }
 
 fn converted<'py>(array: &Bound<'py, PyAny>, dtype: &str) -> PyResult<Bound<'py, PyAny>> {

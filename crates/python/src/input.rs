@@ -6,6 +6,7 @@ use partprobe_formats::{UnpackError, step_stem, unpacked_step};
 use partprobe_imports::{
     NamedBytes, given_shape, given_stem, holds_rows_of_numbers, is_given_name, label_names_of,
 };
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::pybacked::PyBackedBytes;
 use std::fs;
@@ -20,6 +21,22 @@ pub(crate) enum Source {
     /// A file.
     #[pyo3(transparent, annotation = "str | os.PathLike")]
     File(PathBuf),
+}
+
+/// The input that the caller gives.
+///
+/// # Errors
+/// `TypeError` if it is neither a path nor bytes.
+pub(crate) fn source_of(given: &Bound<'_, PyAny>) -> PyResult<Source> {
+    given.extract().map_err(|_| {
+        let kind = given.get_type();
+        let name = kind
+            .name()
+            .map_or_else(|_| "another type".to_owned(), |name| name.to_string());
+        PyTypeError::new_err(format!(
+            "give a path (str or os.PathLike), or the bytes of a STEP file, not {name}"
+        ))
+    })
 }
 
 /// The content of the input.

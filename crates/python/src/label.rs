@@ -3,7 +3,7 @@
 use crate::background::compute;
 use crate::carrier::PyCarrier;
 use crate::errors::{label_error, usage};
-use crate::input::{Content, Source};
+use crate::input::{Content, Source, source_of};
 use crate::label_options::label_options;
 use partprobe_carrier::Carrier;
 use partprobe_label::{LabelError, LabeledFile};
@@ -32,7 +32,7 @@ use std::ffi::CString;
 #[pyo3(signature = (source, *, id=None, **options))]
 pub(crate) fn label(
     py: Python<'_>,
-    source: Source,
+    #[pyo3(from_py_with = source_of)] source: Source,
     id: Option<String>,
     options: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<PyCarrier> {
@@ -58,7 +58,7 @@ pub(crate) fn label(
 #[pyo3(signature = (source, *, id=None, **options))]
 pub(crate) fn label_all(
     py: Python<'_>,
-    source: Source,
+    #[pyo3(from_py_with = source_of)] source: Source,
     id: Option<String>,
     options: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<Vec<PyCarrier>> {
@@ -100,7 +100,10 @@ fn labeled(
         return Err(label_error(error, name.as_deref()));
     }
     for reason in left_out {
-        warn(py, &reason)?;
+        match &name {
+            Some(file) => warn(py, &format!("{file}: {reason}"))?,
+            None => warn(py, &reason)?,
+        }
     }
     let carriers = carriers
         .into_iter()

@@ -66,7 +66,7 @@ pub(crate) const LABEL_OPTIONS: &[LabelOption] = &[
                 .unbind())
         },
         set: |options, value| {
-            options.layers = value.extract()?;
+            options.layers = names(value)?;
             Ok(())
         },
     },
@@ -162,6 +162,24 @@ fn check(options: &LabelOptions) -> PyResult<()> {
     Ok(())
 }
 
+/// A list of names.
+fn names(value: &Bound<'_, PyAny>) -> PyResult<Vec<String>> {
+    value.extract().map_err(|_| {
+        PyTypeError::new_err(format!(
+            "it must be a list of names, such as [{}]",
+            quoted(value)
+        ))
+    })
+}
+
+/// A text as Python writes it, as an example.
+fn quoted(value: &Bound<'_, PyAny>) -> String {
+    match value.extract::<String>() {
+        Ok(text) => format!("\"{text}\""),
+        Err(_) => "\"normal\"".to_owned(),
+    }
+}
+
 fn text(py: Python<'_>, text: &str) -> PyResult<Py<PyAny>> {
     Ok(text.into_pyobject(py)?.into_any().unbind())
 }
@@ -198,7 +216,7 @@ fn attribute_names(options: &LabelOptions) -> Vec<&'static str> {
 }
 
 fn set_attributes(options: &mut LabelOptions, value: &Bound<'_, PyAny>) -> PyResult<()> {
-    let names: Vec<String> = value.extract()?;
+    let names = names(value)?;
     if let Some(other) = names
         .iter()
         .find(|name| !ATTRIBUTES.contains(&name.as_str()))

@@ -29,6 +29,7 @@ mod carrier;
 mod dataset;
 mod errors;
 mod given_arrays;
+mod given_numbers;
 mod graph;
 mod input;
 mod label;

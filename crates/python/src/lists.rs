@@ -1,6 +1,7 @@
 //! Lists the names of options, label sources and metrics. Generates parts for examples and tests.
 
 use crate::errors::usage;
+use crate::given_numbers::{index as index_of, part_count, seed as seed_of};
 use crate::label_options::LABEL_OPTIONS;
 use partprobe_eval::METRICS;
 use partprobe_label::LabelOptions;
@@ -53,10 +54,10 @@ pub(crate) fn metrics() -> Vec<&'static str> {
 #[pyo3(signature = (*, seed=1, index=0, min_parts=2, max_parts=20))]
 pub(crate) fn synth(
     py: Python<'_>,
-    seed: u64,
-    index: u64,
-    min_parts: u32,
-    max_parts: u32,
+    #[pyo3(from_py_with = seed_of)] seed: u64,
+    #[pyo3(from_py_with = index_of)] index: u64,
+    #[pyo3(from_py_with = part_count)] min_parts: u32,
+    #[pyo3(from_py_with = part_count)] max_parts: u32,
 ) -> PyResult<Bound<'_, PyBytes>> {
     if min_parts < 2 || max_parts < min_parts || 40 < max_parts {
         return Err(usage(format!(

@@ -5,9 +5,10 @@ use crate::background::compute;
 use crate::carrier::PyCarrier;
 use crate::errors::{damaged, os_error, usage};
 use crate::given_arrays::triples;
+use crate::given_numbers::optional_seed;
 use crate::sample::{PySample, normal_kind};
 use partprobe_carrier::{Embeddings, PointSample};
-use partprobe_net::{Backend, Model, ModelFile, TokenConfig, Tokens};
+use partprobe_net::{Backend, Model, ModelFile, TokenConfig, Tokens, TrainedOn};
 use pyo3::prelude::*;
 use serde_json::Value;
 use std::fs;
@@ -16,6 +17,8 @@ use std::sync::Arc;
 
 /// The file of the weights in the folder of a training.
 const WEIGHTS: &str = "model.safetensors";
+/// The folder of the trainings in a run.
+const CHECKPOINTS: &str = "checkpoints";
 
 /// A trained backbone: the `model.safetensors` of a training, or the folder of a run.
 ///
@@ -47,10 +50,16 @@ impl PyModel {
         py: Python<'_>,
         path: PathBuf,
         supervision: Option<&str>,
-        seed: Option<u64>,
+        #[pyo3(from_py_with = optional_seed)] seed: Option<u64>,
     ) -> PyResult<Self> {
+        let mut wanted = WantedBackbone {
+            supervision: supervision.map(str::to_owned),
+            seed,
+        };
         let path = if path.is_dir() {
-            weights_of_run(&path, supervision, seed)?
+            let name = wanted.name_in(&path)?;
+            wanted = WantedBackbone::of_name(&name);
+            path.join(CHECKPOINTS).join(name).join(WEIGHTS)
         } else {
             path
         };
@@ -59,6 +68,7 @@ impl PyModel {
             ModelFile::from_bytes(&bytes, Backend::default())
         })?;
         let file = read.map_err(|error| damaged(&error, &path))?;
+        wanted.ensure(file.trained_on.as_ref(), &path)?;
         Ok(Self {
             tokens: tokens_of(&file.preparation),
             preparation: Preparation::of(&file.preparation),
@@ -137,14 +147,25 @@ impl PyModel {
         points: &Bound<'_, PyAny>,
         normals: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Arc<PointSample>> {
+        let has_normals =
+            points.is_instance_of::<PySample>() || points.is_instance_of::<PyCarrier>();
+        if has_normals && normals.is_some() {
+            return Err(usage(
+                "normals belong to an array of points; a Carrier and a Sample have their own",
+            ));
+        }
         if let Some(normals) = normals {
             let (points, normals) = (triples("points", points)?, triples("normals", normals)?);
             if points.is_empty() || points.len() != normals.len() {
-                return Err(usage(format!(
-                    "each point needs a normal; there are {} normals for {} points",
-                    normals.len(),
-                    points.len()
-                )));
+                return Err(usage(if points.is_empty() {
+                    "points: there are none".to_owned()
+                } else {
+                    format!(
+                        "each point needs a normal; there are {} normals for {} points",
+                        normals.len(),
+                        points.len()
+                    )
+                }));
             }
             let triangles = vec![0; points.len()];
             return Ok(Arc::new(PointSample {
@@ -189,53 +210,91 @@ fn rows_of_points(tokens: &Tokens, rows: &Embeddings) -> Vec<f32> {
         .collect()
 }
 
-/// The weights of the only backbone of a run that matches.
-fn weights_of_run(run: &Path, supervision: Option<&str>, seed: Option<u64>) -> PyResult<PathBuf> {
-    let folder = run.join("checkpoints");
-    if !folder.is_dir() {
-        return Err(usage(format!(
-            "{} is not a run folder; give one, or a model.safetensors",
-            run.display()
-        )));
+/// The backbone that the caller chooses.
+#[derive(Clone, Debug, Default)]
+struct WantedBackbone {
+    supervision: Option<String>,
+    seed: Option<u64>,
+}
+
+impl WantedBackbone {
+    /// The backbone of a folder `<supervision>-<seed>`.
+    fn of_name(name: &str) -> Self {
+        match name.rsplit_once('-') {
+            Some((supervision, seed)) => Self {
+                supervision: Some(supervision.to_owned()),
+                seed: seed.parse().ok(),
+            },
+            None => Self::default(),
+        }
     }
-    let entries = fs::read_dir(&folder).map_err(|error| os_error(&error, &folder))?;
-    let mut names: Vec<String> = entries
-        .filter_map(Result::ok)
-        .filter(|entry| entry.path().join(WEIGHTS).is_file())
-        .map(|entry| entry.file_name().to_string_lossy().into_owned())
-        .collect();
-    names.sort();
-    let is_wanted = |name: &&String| {
-        let (source, number) = name.rsplit_once('-').unwrap_or((name, ""));
-        supervision.is_none_or(|wanted| wanted == source)
-            && seed.is_none_or(|wanted| wanted.to_string() == number)
-    };
-    let mut found: Vec<&String> = names.iter().filter(is_wanted).collect();
-    let source = |name: &str| {
-        name.rsplit_once('-')
-            .map_or(name, |(source, _)| source)
-            .to_owned()
-    };
-    let number = |name: &str| {
-        name.rsplit_once('-')
-            .and_then(|(_, seed)| seed.parse::<u64>().ok())
-    };
-    let is_of_one_source = found.iter().all(|name| source(name) == source(found[0]));
-    if seed.is_none() && is_of_one_source {
-        // The trainings of one source differ only in their seeds.
-        found.sort_by_key(|name| number(name));
-        found.truncate(1);
+
+    /// The name of the only training of a run that fits. If trainings of one label source differ in their seeds alone, it is that
+    /// with the lowest seed.
+    fn name_in(&self, run: &Path) -> PyResult<String> {
+        let folder = run.join(CHECKPOINTS);
+        if !folder.is_dir() {
+            return Err(usage(format!(
+                "{} is not a run folder; give one, or a model.safetensors",
+                run.display()
+            )));
+        }
+        let entries = fs::read_dir(&folder).map_err(|error| os_error(&error, &folder))?;
+        let mut names: Vec<String> = entries
+            .filter_map(Result::ok)
+            .filter(|entry| entry.path().join(WEIGHTS).is_file())
+            .map(|entry| entry.file_name().to_string_lossy().into_owned())
+            .collect();
+        names.sort();
+        let mut found: Vec<(Self, &String)> = names
+            .iter()
+            .map(|name| (Self::of_name(name), name))
+            .filter(|(training, _)| self.fits(training))
+            .collect();
+        let is_of_one_source = found
+            .iter()
+            .all(|(training, _)| training.supervision == found[0].0.supervision);
+        if self.seed.is_none() && is_of_one_source {
+            found.sort_by_key(|(training, _)| training.seed);
+            found.truncate(1);
+        }
+        match &found[..] {
+            [(_, name)] => Ok((*name).clone()),
+            _ => Err(usage(format!(
+                "choose one backbone of the run with supervision and seed; there are {}",
+                if names.is_empty() {
+                    "none".to_owned()
+                } else {
+                    names.join(", ")
+                }
+            ))),
+        }
     }
-    match found[..] {
-        [name] => Ok(folder.join(name).join(WEIGHTS)),
-        _ => Err(usage(format!(
-            "choose one backbone of the run with supervision and seed; there are {}",
-            if names.is_empty() {
-                "none".to_owned()
-            } else {
-                names.join(", ")
-            }
-        ))),
+
+    fn fits(&self, training: &Self) -> bool {
+        let is_source = self.supervision.is_none() || self.supervision == training.supervision;
+        is_source && (self.seed.is_none() || self.seed == training.seed)
+    }
+
+    /// Refuses weights of another training. Weights of an earlier version, or of another program, do not say what they were trained
+    /// on, and are not refused.
+    fn ensure(&self, trained_on: Option<&TrainedOn>, path: &Path) -> PyResult<()> {
+        let Some(record) = trained_on else {
+            return Ok(());
+        };
+        let training = Self {
+            supervision: Some(record.supervision.clone()),
+            seed: Some(record.settings.train.seed),
+        };
+        if self.fits(&training) {
+            return Ok(());
+        }
+        Err(usage(format!(
+            "{} was trained on `{}` with seed {}, so it is not the requested backbone",
+            path.display(),
+            record.supervision,
+            record.settings.train.seed
+        )))
     }
 }
 

@@ -4,6 +4,7 @@ use crate::arrays::{KeptArrays, rows, shaped, widened};
 use crate::background::compute;
 use crate::carrier::source_labels;
 use crate::errors::usage;
+use crate::given_numbers::seed as seed_of;
 use partprobe_carrier::{Carrier, NormalKind, PointSample};
 use pyo3::prelude::*;
 use std::sync::Arc;
@@ -109,7 +110,12 @@ impl PySample {
     /// `source` is one of `sources()`. Sources that draw random numbers use `seed`. Raises `UsageError` if no source has
     /// the name, or if the source cannot label the shape.
     #[pyo3(signature = (source="step-parts", *, seed=0))]
-    fn labels<'py>(&self, py: Python<'py>, source: &str, seed: u64) -> PyResult<Bound<'py, PyAny>> {
+    fn labels<'py>(
+        &self,
+        py: Python<'py>,
+        source: &str,
+        #[pyo3(from_py_with = seed_of)] seed: u64,
+    ) -> PyResult<Bound<'py, PyAny>> {
         let (carrier, sample) = (self.carrier.clone(), self.sample.clone());
         let name = source.to_owned();
         let work = move || source_labels(&carrier, &name, seed)?.label_of_points(&sample);

@@ -3,6 +3,7 @@
 use crate::background::compute;
 use crate::errors::usage;
 use crate::given_arrays::{labels, matrix, triples};
+use crate::given_numbers::seed as seed_of;
 use crate::near_name::did_you_mean;
 use partprobe_cluster::{CLUSTERERS, ClustererFactory, ClustererSettings};
 use partprobe_eval::{PointEmbeddings, PointScores, near_boundary};
@@ -45,18 +46,20 @@ pub(crate) fn score<'py>(
     points: Option<&Bound<'py, PyAny>>,
     normals: Option<&Bound<'py, PyAny>>,
     clusterer: &str,
-    seed: u64,
+    #[pyo3(from_py_with = seed_of)] seed: u64,
     id: &str,
 ) -> PyResult<Bound<'py, PyDict>> {
     let reference = labels("reference", reference)?;
+    let factory = factory_named(clusterer)?;
     let prediction = match (predicted, embedding) {
         (Some(predicted), None) => Prediction::Clusters(labels("predicted", predicted)?),
         (None, Some(embedding)) => {
             let (values, dim) = matrix("embedding", embedding)?;
-            Prediction::Rows(
-                PointEmbeddings::new(dim, &values).map_err(usage)?,
-                factory_named(clusterer)?,
-            )
+            Prediction::Rows {
+                values,
+                dim,
+                factory,
+            }
         }
         _ => return Err(usage("give either predicted or embedding")),
     };
@@ -95,14 +98,19 @@ pub(crate) fn score<'py>(
 /// The predictions for the points.
 enum Prediction {
     Clusters(Vec<i32>),
-    Rows(PointEmbeddings, &'static ClustererFactory),
+    /// Embeddings, `[point, dim]`, and the clusterer that divides them.
+    Rows {
+        values: Vec<f32>,
+        dim: usize,
+        factory: &'static ClustererFactory,
+    },
 }
 
 impl Prediction {
     fn n_points(&self) -> usize {
         match self {
             Self::Clusters(clusters) => clusters.len(),
-            Self::Rows(rows, _) => rows.n_points(),
+            Self::Rows { values, dim, .. } => values.len() / dim,
         }
     }
 
@@ -118,7 +126,12 @@ impl Prediction {
                 PointScores::of_clusters(clusters, reference, near_boundary)
                     .map_err(|error| error.to_string())
             }
-            Self::Rows(rows, factory) => {
+            Self::Rows {
+                values,
+                dim,
+                factory,
+            } => {
+                let rows = PointEmbeddings::new(*dim, values).map_err(|error| error.to_string())?;
                 let clusterer = (factory.make)(&SETTINGS);
                 let found = rows.score(id, reference, near_boundary, clusterer.as_ref(), seed);
                 found.map_err(|error| error.to_string())
