@@ -22,7 +22,7 @@ fn cloud(n: usize, levels: u64, seed: u64) -> Vec<Point> {
 
 proptest! {
     #[test]
-    fn the_nearest_point_is_as_far_away_as_kiddo_says(
+    fn the_distance_of_the_nearest_point_agrees_with_kiddo(
         n in 1usize..600,
         levels in prop_oneof![Just(1u64 << 40), Just(4)],
         seed in 0u64..1 << 32,

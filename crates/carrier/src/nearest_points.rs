@@ -200,7 +200,7 @@ mod tests {
     }
 
     #[test]
-    fn many_equal_points_are_searched_in_no_time() {
+    fn many_equal_points_are_searched_quickly() {
         let found = nearest_points(&vec![[1.0; 3]; 20_000], 8);
         assert!(found.iter().all(|neighbors| neighbors.len() == 8));
     }

@@ -39,7 +39,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_folder_has_one_holder_and_keeps_no_trace_of_it() {
+    fn a_folder_has_one_lock_holder_and_keeps_no_lock_file() {
         let folder = tempfile::tempdir().unwrap();
         let first = FolderLock::take(folder.path(), "exporting into").unwrap();
         let message = FolderLock::take(folder.path(), "exporting into").unwrap_err();

@@ -451,7 +451,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn ids_and_files_that_lead_elsewhere_are_no_shapes() {
+    fn ids_and_files_outside_of_the_folder_are_not_shapes() {
         let folder = tempfile::tempdir().unwrap();
         let mut entry = IndexEntry::without_carrier("a", "x/a.step", Status::Ok, String::new());
         let line = |entry: &IndexEntry| serde_json::to_string(entry).unwrap() + "\n";

@@ -329,7 +329,7 @@ fn seven_zipped(members: &[(String, Vec<u8>)]) -> Vec<u8> {
 }
 
 #[test]
-fn archives_give_what_their_files_give() {
+fn archives_give_the_same_result_as_their_files() {
     let folder = folder_with_steps();
     let path = folder.path();
     fs::write(path.join("s/readme.txt"), "not asked for").unwrap();
@@ -505,7 +505,7 @@ fn hostile_archives_are_refused_by_name_and_the_rest_is_labeled() {
 }
 
 #[test]
-fn a_higher_budget_gives_what_it_would_have_given_at_once() {
+fn resuming_with_a_higher_budget_gives_the_result_of_that_budget() {
     let folder = folder_with_steps();
     let path = folder.path();
     let with = |out: &'static str, n: &'static str| ["label", "s", "--out", out, "--set", n];
@@ -616,7 +616,7 @@ fn what_is_emitted_can_be_chosen() {
 }
 
 #[test]
-fn what_was_damaged_since_is_named_and_labeled_again() {
+fn files_damaged_later_are_named_and_labeled_again() {
     let folder = folder_with_steps();
     let path = folder.path();
     check(
@@ -776,7 +776,7 @@ fn a_file_that_was_edited_since_is_named_and_labeled_again() {
 }
 
 #[test]
-fn what_was_edited_while_a_batch_was_stopped_is_labeled_again() {
+fn files_edited_while_a_batch_was_stopped_are_labeled_again() {
     let folder = folder_with_steps();
     let path = folder.path();
     let arguments = ["label", "s", "--out", "d", "--jobs", "1", "--resume"];

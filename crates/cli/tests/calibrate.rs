@@ -83,7 +83,7 @@ fn step_files_and_their_data_set_give_the_same_tables() {
 }
 
 #[test]
-fn json_holds_what_the_angles_of_the_files_say() {
+fn json_contains_the_angles_of_the_files() {
     let folder = corpus();
     let [json, _] = check(
         folder.path(),

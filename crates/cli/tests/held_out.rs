@@ -318,7 +318,7 @@ fn a_later_reference_does_not_influence_the_training() {
 }
 
 #[test]
-fn what_decided_the_training_cannot_change_after_it() {
+fn settings_of_the_training_cannot_change_after_it() {
     let fixture = Fixture::new();
     let files = ["run/split.json", "run/config.toml", "run/scores.jsonl"];
     let before = files.map(|file| fixture.read(file));
@@ -1339,7 +1339,7 @@ fn two_at_once_in_one_folder_are_refused() {
 
 #[cfg(unix)]
 #[test]
-fn what_cannot_be_written_ends_with_1_and_leaves_no_mark() {
+fn output_that_cannot_be_written_ends_with_1_and_leaves_no_mark_of_completion() {
     let fixture = Fixture::new();
     let program = env!("CARGO_BIN_EXE_partprobe");
     // The shell counts in blocks of 512 or 1024 bytes. Both limits are less than a checkpoint and more than a carrier.

@@ -115,7 +115,7 @@ fn a_run_is_the_same_for_any_threads_and_after_an_interruption() {
 }
 
 #[test]
-fn a_run_without_backbones_is_listed_and_neither_trained_nor_scored_as_one_with_them() {
+fn a_run_without_backbones_is_listed_and_not_trained_or_scored() {
     let corpus = corpus();
     run(corpus.path(), "runs/faces", &[], 0, "");
     let listed = check(corpus.path(), &["runs"], 0, "");

@@ -435,7 +435,7 @@ fn write_partfield_results(root: &Path, name: &str, shape: &serde_json::Value, l
 }
 
 #[test]
-fn labels_of_exported_meshes_come_back_by_index() {
+fn labels_of_exported_meshes_are_joined_by_index() {
     let folder = labeled_parts(3);
     let root = folder.path();
     let export = ["export", "partfield-input", "data", "--out", "pf"];

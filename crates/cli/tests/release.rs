@@ -174,7 +174,7 @@ fn change_rows(folder: &Path, change: impl Fn(&mut partprobe_release::ReleasedRo
 }
 
 #[test]
-fn labels_that_differ_are_an_outcome_of_their_own() {
+fn different_labels_are_a_separate_outcome() {
     let folder = released(&[], &[]);
     let path = folder.path();
     let mut step_id = 0;
@@ -282,7 +282,7 @@ fn a_package_says_what_is_in_it_and_has_the_same_bytes_for_any_number_of_threads
 }
 
 #[test]
-fn an_anonymous_package_has_no_names_and_attaches_all_the_same() {
+fn an_anonymous_package_has_no_names_and_can_be_attached() {
     let folder = released(&["--unit", "solid"], &["--anonymous"]);
     let path = folder.path();
     for row in rows_from_parquet(fs::read(path.join("p/labels-00000.parquet")).unwrap()).unwrap() {

@@ -237,7 +237,7 @@ fn best_agreement(labels: &[i32], clusters: &[i32]) -> usize {
 }
 
 #[test]
-fn the_stages_alone_give_what_the_run_gives() {
+fn separate_stages_give_the_same_result_as_run() {
     let folder = tempfile::tempdir().unwrap();
     let (run, output) = run_tiny(folder.path(), "run", &[]);
     assert_code(&output, 0);

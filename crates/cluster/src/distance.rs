@@ -60,7 +60,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn lanes_and_rest_are_all_summed(pairs in proptest::collection::vec((-2.0f32..2.0, -2.0f32..2.0), 0..70)) {
+        fn all_lanes_and_the_remainder_are_summed(pairs in proptest::collection::vec((-2.0f32..2.0, -2.0f32..2.0), 0..70)) {
             let (a, b): (Vec<f32>, Vec<f32>) = pairs.into_iter().unzip();
             let exact = |term: fn(f64, f64) -> f64| -> f64 {
                 a.iter().zip(&b).map(|(&a, &b)| term(f64::from(a), f64::from(b))).sum()

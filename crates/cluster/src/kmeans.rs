@@ -222,7 +222,7 @@ mod tests {
     }
 
     #[test]
-    fn more_restarts_never_cost() {
+    fn more_restarts_never_increase_the_cost() {
         let (values, _) = bundles(12, 400, 8, 0.9, 2);
         let objective = |restarts| {
             let settings = KMeansSettings {

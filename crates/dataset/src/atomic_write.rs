@@ -127,7 +127,7 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn a_link_stays_a_link_and_a_device_a_device() {
+    fn links_and_devices_are_not_replaced_by_files() {
         use std::os::unix::fs::{FileTypeExt, symlink};
 
         let folder = tempfile::tempdir().unwrap();

@@ -240,7 +240,7 @@ mod tests {
     use crate::Status;
 
     #[test]
-    fn an_index_comes_back_and_damage_is_named() {
+    fn an_index_round_trips_and_damage_is_named() {
         let folder = tempfile::tempdir().unwrap();
         assert!(!Dataset::is_at(folder.path()));
         for path in [folder.path().to_owned(), folder.path().join("gone")] {

@@ -405,7 +405,7 @@ mod tests {
     }
 
     #[test]
-    fn records_come_back_in_order_and_a_torn_end_is_dropped() {
+    fn records_round_trip_in_order_and_a_truncated_end_is_dropped() {
         let folder = tempfile::tempdir().unwrap();
         let mut journal = Journal::open(folder.path(), |_| true).unwrap();
         journal.begin_session(0.0, 3, false).unwrap();

@@ -344,7 +344,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_added_comes_back_in_the_order_of_the_sources() {
+    fn added_entries_are_read_in_the_order_of_the_sources() {
         for layout in [FileLayout::Flat, FileLayout::SubFolders] {
             let folder = tempfile::tempdir().unwrap();
             let root = folder.path().join("new/dataset");

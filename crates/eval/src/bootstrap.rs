@@ -118,7 +118,7 @@ mod tests {
     }
 
     #[test]
-    fn a_constant_difference_leaves_no_doubt() {
+    fn a_constant_difference_has_an_interval_without_width() {
         assert_eq!(
             interval(&[(0.25, 1), (0.5, 2), (1.0, 4)], 100),
             Some(Interval {

@@ -220,7 +220,7 @@ mod tests {
     }
 
     #[test]
-    fn too_few_trainings_say_nothing() {
+    fn too_few_trainings_give_no_result() {
         let rows = trainings(5, 0.0);
         assert_eq!(false_alarms(&rows, "step-parts", &settings()), None);
         assert_eq!(false_alarms(&rows, "brep-face", &settings()), None);

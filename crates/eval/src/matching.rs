@@ -114,7 +114,7 @@ mod tests {
     }
 
     #[test]
-    fn among_equals_iou_then_low_ids_decide() {
+    fn ties_are_broken_by_iou_and_then_by_low_ids() {
         // Cluster 0 or 1 gives part 0 four points; cluster 1 has no point of another part.
         check(&[&[4, 4, 0], &[3, 0, 7]], &[Some(1), Some(2)]);
         check(&[&[2, 2]], &[Some(0)]);

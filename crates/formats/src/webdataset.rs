@@ -93,7 +93,7 @@ mod tests {
     }
 
     #[test]
-    fn samples_come_back_by_their_names() {
+    fn samples_are_found_by_their_names() {
         let long = "n".repeat(150);
         let mut bytes = Vec::new();
         let mut tar = WebdatasetWriter::new(&mut bytes);

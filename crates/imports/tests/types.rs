@@ -277,7 +277,7 @@ fn marked_ply(properties: &str, columns: [&str; 4]) -> String {
 }
 
 #[test]
-fn triangles_by_what_a_mesh_file_says() {
+fn triangles_by_the_labels_in_a_mesh_file() {
     let in_file = |name: &str, text: String| Memory::default().with(name, text);
     let label = marked_ply("property int label\n", ["4", "4", "2", "-1"]);
     let files = || in_file("labels/solid.ply", label.clone());

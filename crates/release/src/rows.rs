@@ -296,7 +296,7 @@ mod tests {
     }
 
     #[test]
-    fn rows_come_back_with_and_without_their_lists() {
+    fn rows_round_trip_with_and_without_their_lists() {
         let layers = BTreeSet::from(["smooth-12".to_owned()]);
         let bytes = rows_to_parquet(&rows(), &layers).unwrap();
         assert_eq!(rows_from_parquet(bytes.clone()).unwrap(), rows());

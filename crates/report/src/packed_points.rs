@@ -126,7 +126,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn normals_come_back(x in -1f32..1.0, y in -1f32..1.0, z in -1f32..1.0) {
+        fn normals_round_trip(x in -1f32..1.0, y in -1f32..1.0, z in -1f32..1.0) {
             let length = (x * x + y * y + z * z).sqrt();
             prop_assume!(length > 0.1);
             let normal = [x, y, z].map(|value| value / length);

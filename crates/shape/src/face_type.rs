@@ -109,7 +109,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn codes_and_names_come_back() {
+    fn codes_and_names_round_trip() {
         for (code, kind) in (0..).zip(FaceType::ALL) {
             assert_eq!(kind.code(), code);
             assert_eq!(FaceType::from_code(code), Some(kind));

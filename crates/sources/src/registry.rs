@@ -177,7 +177,7 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn a_source_labels_faces_if_it_says_so() {
+    fn a_source_that_declares_face_labels_labels_faces() {
         let carrier = carrier_of_faces(vec![plain_face(); 3]);
         let mut n_checked = 0;
         for factory in SOURCES {

@@ -128,7 +128,7 @@ fn ward_finds_the_sides_of_a_block_and_keeps_its_bound() {
 }
 
 #[test]
-fn ward_variants_have_as_many_labels_as_their_names_say() {
+fn ward_variants_have_the_number_of_labels_in_their_names() {
     let cuboid = fixtures::cuboid([3.0, 3.0, 3.0]);
     check("ward-match", &cuboid, 6);
     let part = |min_parts: u32, max_parts: u32| {

@@ -262,7 +262,7 @@ mod tests {
     }
 
     #[test]
-    fn columns_come_out_once_and_by_their_type() {
+    fn columns_are_read_once_and_by_their_type() {
         let mut table = two_columns();
         assert_eq!(table.n_rows(), 2);
         assert_eq!(table.take_cells::<u64>("id"), Ok(vec![Some(1), None]));

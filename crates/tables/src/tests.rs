@@ -42,7 +42,7 @@ prop_compose! {
 
 proptest! {
     #[test]
-    fn a_table_comes_back(table in tables()) {
+    fn a_table_round_trips(table in tables()) {
         let bytes = table_to_parquet(&table, &BTreeMap::new()).unwrap();
         prop_assert_eq!(&bytes, &table_to_parquet(&table, &BTreeMap::new()).unwrap());
         prop_assert_eq!(read(bytes), table);
@@ -63,7 +63,7 @@ proptest! {
 }
 
 #[test]
-fn lists_longer_than_a_page_come_back() {
+fn lists_longer_than_a_page_round_trip() {
     let lists: Vec<ListCell<f64>> = (0..9000)
         .map(|row| {
             Some(
@@ -107,7 +107,7 @@ fn block() -> Carrier {
 }
 
 #[test]
-fn labels_come_back_from_the_table_of_shapes() {
+fn labels_are_read_from_the_table_of_shapes() {
     let with_layer = block()
         .with_layer("smooth-12", LabelLayer::from(vec![0, 1, 2, 3, 4, 5]))
         .unwrap();

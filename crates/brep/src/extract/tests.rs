@@ -88,7 +88,7 @@ fn faces_shells_and_solids_are_what_they_were() {
 }
 
 #[test]
-fn what_lies_below_a_face_is_shown_by_the_faces_that_use_it() {
+fn entities_below_a_face_are_cut_out_with_the_faces_that_use_them() {
     let text = cylinder(2.0, 5.0).bytes();
     let all = ids_of(&text, "ADVANCED_FACE");
     check(&text, &ids_of(&text, "CYLINDRICAL_SURFACE"), &all[2..]);
@@ -132,7 +132,7 @@ fn names_and_header_are_neutral_and_coordinates_stay() {
 }
 
 #[test]
-fn references_to_nothing_stay_references_to_nothing() {
+fn references_to_missing_entities_are_kept() {
     let mut text = StepText::in_millimeters();
     text.add("LINE('',#90,#5)");
     text.add("VECTOR('',#91,1.)");

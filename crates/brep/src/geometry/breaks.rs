@@ -70,7 +70,7 @@ mod tests {
     }
 
     #[test]
-    fn breaks_come_again_in_every_turn() {
+    fn breaks_repeat_in_every_period() {
         check(None, [-1.0, 5.0], &[0.0, 1.0, 3.0, 4.0]);
         check(None, [1.0, 3.0], &[]);
         check(Some(4.0), [-1.5, 5.5], &[-1.0, 0.0, 1.0, 3.0, 4.0, 5.0]);

@@ -220,7 +220,7 @@ mod tests {
     proptest! {
         /// On a saddle of third order, normal sections by differences give the same curvatures.
         #[test]
-        fn normal_sections_bend_as_their_directions_say(u in 0.2_f64..0.8, v in 0.2_f64..0.8) {
+        fn curvatures_of_normal_sections_follow_their_directions(u in 0.2_f64..0.8, v in 0.2_f64..0.8) {
             let poles = (0..4).flat_map(|i| (0..4).map(move |j| (f64::from(i), f64::from(j)))).map(|(x, y)| {
                 [x + 0.1 * y, y, 0.3 * x * x - 0.5 * x * y + 0.05 * y * y * y, 1.0]
             });

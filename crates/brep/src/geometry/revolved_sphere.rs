@@ -88,7 +88,7 @@ mod tests {
     }
 
     #[test]
-    fn the_half_in_which_a_circle_begins_says_where_its_normal_points() {
+    fn the_half_in_which_a_circle_starts_decides_the_normal() {
         let rising = circle([0.0, 0.0, 5.0], [0.0, -1.0, 0.0], [1.0, 0.0, 0.0]);
         let falling = circle([0.0, 0.0, 5.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]);
         let from_pole = circle([0.0, 0.0, 5.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0]);

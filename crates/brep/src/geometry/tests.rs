@@ -257,7 +257,7 @@ proptest! {
     }
 
     #[test]
-    fn tangents_are_what_differences_say(f in 0.02_f64..0.98, g in 0.02_f64..0.98) {
+    fn tangents_agree_with_finite_differences(f in 0.02_f64..0.98, g in 0.02_f64..0.98) {
         for (surface, [u, v]) in surfaces() {
             let (u, v, h) = (within(u, f), within(v, g), 1e-5);
             let (_, du, dv) = surface.derivatives(u, v);
@@ -330,7 +330,7 @@ fn check_trim(edge: &BrepEdge, points: [Point; 2], expected: (f64, f64), length:
 }
 
 #[test]
-fn edges_end_where_their_senses_say() {
+fn ends_of_edges_follow_their_senses() {
     let up = Frame::new([0.0; 3], None, None);
     let circle = || Curve::Ellipse {
         frame: up,

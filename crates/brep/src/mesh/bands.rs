@@ -66,7 +66,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn bands_say_what_all_sides_say(
+        fn bands_give_the_same_result_as_all_sides(
             polygons in prop::collection::vec(prop::collection::vec(prop::array::uniform2(-3_i8..4), 3..12), 1..4),
             points in prop::collection::vec(prop::array::uniform2(-4.0_f64..4.0), 20),
         ) {

@@ -370,7 +370,7 @@ mod tests {
     }
 
     #[test]
-    fn the_middle_of_a_walk_there_and_back_is_a_point_of_its_own() {
+    fn the_middle_of_a_walk_there_and_back_is_a_separate_point() {
         let mut fill = Fill::default();
         let cycle: Vec<u32> = [0.0, 1.0, 2.0, 1.0]
             .into_iter()

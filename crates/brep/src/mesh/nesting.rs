@@ -348,7 +348,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn boxes_lie_in_boxes_as_their_corners_say(
+        fn nesting_of_boxes_follows_from_their_corners(
             boxes in prop::collection::vec((prop::array::uniform3(0_u8..12), prop::array::uniform3(1_u8..12)), 1..7),
         ) {
             let corners: Vec<[Point; 2]> = boxes

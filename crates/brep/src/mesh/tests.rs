@@ -342,7 +342,7 @@ fn cylinders_close_with_and_without_seam_at_any_size() {
 /// A pin that is much longer than thick. The chord tolerance from its length has no effect, and the angle tolerance alone would
 /// lose 1.5 %.
 #[test]
-fn what_is_round_keeps_its_volume_and_what_is_not_stays_coarse() {
+fn round_faces_keep_their_volume_and_flat_faces_stay_coarse() {
     for (height, sides) in [(0.1, 21), (3.0, 30), (200.0, 30)] {
         let pin = mesh_of(&cylinder(1.0, height, true));
         let volume = solid_of(&pin).volume;
@@ -733,7 +733,7 @@ fn a_lens_between_arc_and_chord_is_not_lost() {
 }
 
 #[test]
-fn an_edge_that_its_file_exchanged_is_mended() {
+fn an_edge_that_the_file_exchanged_is_repaired() {
     let mut brep = box_of([1.0, 1.0, 1.0]);
     let edge = &mut brep.edges[4];
     std::mem::swap(&mut edge.start, &mut edge.end);
@@ -816,7 +816,7 @@ fn shells_are_oriented_outward_for_any_flags() {
 }
 
 #[test]
-fn a_revolution_ends_where_its_vertices_say() {
+fn a_revolution_ends_at_its_vertices() {
     // The meridian is a whole circle. The half between its two points on the axis makes a sphere.
     let frame = Frame {
         origin: [0.0; 3],

@@ -336,7 +336,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn coarse_comes_before_fine_and_nothing_twice() {
+    fn coarse_levels_come_first_and_each_point_once() {
         assert_eq!(
             coarse_to_fine(6).map(|(i, _)| i).collect::<Vec<_>>(),
             [0, 4, 2, 1, 3, 5]

@@ -182,7 +182,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_change_and_names_go() {
+    fn numbers_are_changed_and_names_removed() {
         check(
             "ADVANCED_FACE ( 'ACME top' , ( #2,#3 ) ,#4 , .T. )",
             "ADVANCED_FACE('',(#102,#103),#104,.T.)",

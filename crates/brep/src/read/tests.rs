@@ -93,7 +93,7 @@ fn surfaces_of_every_class() {
 }
 
 #[test]
-fn surfaces_that_are_none() {
+fn invalid_surfaces_are_refused() {
     check_surface("PLANE('',#98)", None);
     check_surface("PLANE('',#99)", None);
     check_surface("SPHERICAL_SURFACE('',#3,0.)", None);

@@ -173,7 +173,7 @@ fn surfaces_that_are_their_own_outer_bound() {
 }
 
 #[test]
-fn a_surface_without_ends_is_no_outer_bound() {
+fn a_surface_without_ends_is_not_an_outer_bound() {
     for (class, sizes) in [
         ("PLANE", ""),
         ("CYLINDRICAL_SURFACE", ",5."),
@@ -222,7 +222,7 @@ fn moved_cube(text: &mut StepText) -> Vec<usize> {
 }
 
 #[test]
-fn supplemental_geometry_is_no_face_of_the_part() {
+fn supplemental_geometry_is_not_a_face_of_the_part() {
     let set = |text: &mut StepText| {
         let surface = square(text);
         text.add(format!("GEOMETRIC_SET('',(#{surface}))"))
@@ -769,7 +769,7 @@ fn colors_of(add: impl Fn(&mut StepText, [usize; 4])) -> Vec<Option<u32>> {
 }
 
 #[test]
-fn styles_of_what_is_no_solid() {
+fn styles_of_items_that_are_not_solids() {
     let styled = |item: usize, transparency: Option<f64>| {
         move |text: &mut StepText, items: [usize; 4]| {
             let style = style(text, "1.,0.,0.", transparency);

@@ -113,7 +113,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn scores_come_back_as_they_were_written(score in -1000.0_f64..1000.0) {
+        fn scores_round_trip(score in -1000.0_f64..1000.0) {
             let outcome = Outcome::of_scores([("cdl1", score)]);
             let text = serde_json::to_string(&outcome).unwrap();
             prop_assert_eq!(serde_json::from_str::<Outcome>(&text).unwrap(), outcome);

@@ -120,7 +120,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_and_bytes_say_what_to_do() {
+    fn names_and_bytes_decide_the_advice() {
         for (name, words) in [
             ("a.STL", "in a call of their own"),
             ("a.glb", "a mesh as OBJ"),

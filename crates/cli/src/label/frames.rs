@@ -49,7 +49,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn blocks_come_back_and_torn_pipes_are_noticed() {
+    fn blocks_round_trip_and_broken_pipes_are_detected() {
         let mut pipe = Vec::new();
         write_frame(&mut pipe, b"one").unwrap();
         write_frame(&mut pipe, b"").unwrap();

@@ -335,7 +335,7 @@ mod tests {
     }
 
     #[test]
-    fn endings_go() {
+    fn endings_are_removed() {
         for (name, id) in [
             ("a.step", "a"),
             ("a.tar.gz", "a"),

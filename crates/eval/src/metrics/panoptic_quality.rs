@@ -45,7 +45,7 @@ mod tests {
     }
 
     #[test]
-    fn parts_that_were_not_found_and_clusters_that_found_none_cost() {
+    fn missed_parts_and_unmatched_clusters_lower_the_score() {
         check(&[3, 3, 8], &[1, 1, 0], 1.0);
         // One part is found with 2/3, the other is not, and no cluster is left over.
         check(&[0, 0, 0], &[0, 0, 1], (2.0 / 3.0) / 1.5);

@@ -162,7 +162,7 @@ mod tests {
     }
 
     #[test]
-    fn one_seed_is_said_to_be_too_few() {
+    fn one_seed_is_reported_as_too_few() {
         let rows: Vec<_> = example().into_iter().filter(|row| row.seed == 0).collect();
         assert!(
             tables(&rows, &settings())

@@ -106,7 +106,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn every_name_comes_back(name in proptest::collection::vec(prop_oneof![
+        fn every_name_round_trips(name in proptest::collection::vec(prop_oneof![
             Just(b'%'), Just(b'2'), Just(b'5'), Just(b'F'), Just(b'C'), Just(b'3'), Just(b'a'), any::<u8>(),
         ], 0..12)) {
             prop_assert_eq!(name_of_text(&text_of_name(&name)).into_owned(), name);

@@ -547,7 +547,7 @@ mod tests {
     }
 
     #[test]
-    fn meshes_and_clouds_come_back() {
+    fn meshes_and_clouds_round_trip() {
         let square = GivenShape {
             vertices: vec![[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]],
             triangles: vec![[0, 1, 2], [0, 2, 3]],
@@ -570,7 +570,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn carriers_come_back(n_faces in 0u32..30, phi in 0.0f64..180.0, name in "\\PC{0,9}", vertex_normals: bool, deflated: bool) {
+        fn carriers_round_trip(n_faces in 0u32..30, phi in 0.0f64..180.0, name in "\\PC{0,9}", vertex_normals: bool, deflated: bool) {
             let compression = if deflated { Compression::Deflated } else { Compression::Stored };
             let carrier = strip(n_faces, phi, &name, vertex_normals && n_faces > 0);
             let bytes = carrier_to_npz(&carrier, compression).unwrap();

@@ -101,7 +101,7 @@ mod tests {
     }
 
     #[test]
-    fn a_hash_comes_back_from_its_bytes_and_is_shown_in_full() {
+    fn a_hash_round_trips_and_is_shown_in_full() {
         let small = ContentHash(255);
         assert_eq!(small.to_string(), format!("{}ff", "0".repeat(30)));
         assert_eq!(ContentHash::from_bytes(&small.to_bytes()), Some(small));

@@ -48,7 +48,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_half_comes_back() {
+    fn every_half_round_trips() {
         for bits in 0..=u16::MAX {
             let half = Half(bits);
             let back = Half::from_f32(half.to_f32());

@@ -139,7 +139,7 @@ mod tests {
     }
 
     #[test]
-    fn every_type_comes_back() {
+    fn every_type_round_trips() {
         check_round_trip(&Array::vector(vec![1.5f32, -0.0, f32::INFINITY]));
         check_round_trip(&Array::rows(&[
             [1.0f64, 2.0, 3.0],
@@ -219,7 +219,7 @@ mod tests {
         }
 
         #[test]
-        fn texts_come_back(texts: Vec<String>) {
+        fn texts_round_trip(texts: Vec<String>) {
             let trimmed: Vec<String> = texts.iter().map(|text| text.trim_end_matches('\0').to_owned()).collect();
             prop_assert_eq!(array_from_npy(&array_to_npy(&Array::vector(texts))), Ok(Array::vector(trimmed)));
         }

@@ -203,7 +203,7 @@ mod tests {
     }
 
     #[test]
-    fn headers_are_aligned_and_come_back() {
+    fn headers_are_aligned_and_round_trip() {
         for shape in [vec![], vec![5], vec![1_000_000, 3], vec![1; 30_000]] {
             let bytes = header_bytes("<u4", &shape);
             assert_eq!(bytes.len() % ALIGNMENT, 0);

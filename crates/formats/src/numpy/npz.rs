@@ -237,7 +237,7 @@ mod tests {
     }
 
     #[test]
-    fn members_come_back_and_bytes_repeat() {
+    fn members_round_trip_and_bytes_are_reproducible() {
         for compression in [Compression::Stored, Compression::Deflated] {
             let bytes = two_members(compression);
             assert_eq!(bytes, two_members(compression));

@@ -211,7 +211,7 @@ mod tests {
     }
 
     #[test]
-    fn the_frame_goes_there_and_back() {
+    fn the_frame_round_trips() {
         let reference = Reference::new(&torus([2.0, 0.5], [30, 12])).unwrap();
         let frame = reference.frame();
         let there = frame.to_frame([2.5, 0.0, 0.0]);

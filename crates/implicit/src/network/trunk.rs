@@ -92,7 +92,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn trunks_have_the_parameters_that_their_sizes_say() {
+    fn trunks_have_the_number_of_parameters_of_their_sizes() {
         for (name, expected) in [
             ("siren-256x4", 264_449),
             ("siren-128x4", 66_689),

@@ -82,7 +82,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_say_shape_or_labels() {
+    fn names_of_shapes_and_labels_are_distinguished() {
         for (name, stem) in [
             ("chair.obj", Some("chair")),
             ("a.b.PLY", Some("a.b")),

@@ -431,7 +431,7 @@ mod tests {
     }
 
     #[test]
-    fn what_has_no_place_is_refused() {
+    fn samples_without_valid_positions_are_refused() {
         let one = |point, normal| PointSample {
             points: vec![point],
             normals: vec![normal],

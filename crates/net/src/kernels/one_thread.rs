@@ -49,7 +49,7 @@ mod tests {
     }
 
     #[test]
-    fn a_thread_of_another_pool_starts_no_second_shape_while_it_waits() {
+    fn a_waiting_thread_of_another_pool_starts_no_second_shape() {
         let deepest = one_thread_pool().unwrap().install(|| {
             let depth_of = |number: u64| {
                 let depth = DEPTH.get() + 1;

@@ -134,7 +134,7 @@ mod tests {
     }
 
     #[test]
-    fn a_batch_of_one_token_stays_finite() {
+    fn a_batch_of_one_token_is_finite() {
         let mut mode = ForwardMode::repeatable();
         let one = norm().forward(rows().slice_dim(0, 0..1), &mut mode);
         assert_eq!(host_values(one), [0.0, 0.0]);

@@ -455,7 +455,7 @@ mod tests {
     }
 
     #[test]
-    fn weights_and_statistics_come_back() {
+    fn weights_and_statistics_round_trip() {
         let config = net_with(|ptv3| ptv3.norm = NormKind::Batch);
         let model = Model::init(&config, 7, Backend::Flex).unwrap();
         let names: Vec<String> = parameters::shapes(model.network())
@@ -483,7 +483,7 @@ mod tests {
     }
 
     #[test]
-    fn weights_come_back_and_foreign_bytes_do_not() {
+    fn weights_round_trip_and_foreign_bytes_are_refused() {
         let model = Model::init(&net(), 7, Backend::Flex).unwrap();
         let bytes = model.to_safetensors().unwrap();
         let read = |config: &NetConfig, bytes: &[u8]| {

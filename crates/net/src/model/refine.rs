@@ -158,7 +158,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(24))]
         #[test]
-        fn blocks_give_what_the_definition_gives(n in 1usize..230, dim in 1usize..40, seed: u64) {
+        fn blocks_agree_with_the_definition(n in 1usize..230, dim in 1usize..40, seed: u64) {
             let rows = random_rows(n, dim, seed);
             let multiplicity: Vec<u32> = (0..n as u32).map(|i| 1 + i * 7 % 23).collect();
             let found = LAYER.refined(&rows, &multiplicity).unwrap();
@@ -201,7 +201,7 @@ mod tests {
     }
 
     #[test]
-    fn two_bundles_stay_two_and_an_outlier_joins_one() {
+    fn two_bundles_stay_separate_and_an_outlier_joins_one() {
         // 30 rows around one axis, 30 around the other, and one row between them that is nearer to the first.
         let at = |degrees: f32| [degrees.to_radians().cos(), degrees.to_radians().sin()];
         let mut rows: Vec<[f32; 2]> = (0..30).map(|i| at(i as f32 - 15.0)).collect();

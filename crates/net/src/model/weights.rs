@@ -377,7 +377,7 @@ mod tests {
     }
 
     #[test]
-    fn tensors_and_content_come_back() {
+    fn tensors_and_content_round_trip() {
         let mut back = TensorFile::<u32>::from_bytes(&file("a").to_bytes().unwrap()).unwrap();
         assert_eq!((back.content, &back.tensors), (7, &file("a").tensors));
         let wanted = |name: &str, dims: Vec<usize>| {

@@ -80,7 +80,7 @@ fn a_convolution_has_three_axes_of_cells_with_z_fastest() {
 }
 
 #[test]
-fn the_way_back_gives_the_same_bytes() {
+fn converting_back_gives_the_same_bytes() {
     let own = file(&base_like());
     let state = read_again(&to_pointcept(&own).unwrap());
     let back = from_pointcept(state, None, 0, Backend::Flex).unwrap();

@@ -263,7 +263,7 @@ fn a_batch_that_runs_as_one_learns_and_counts_statistics_that_do_not_decay() {
 }
 
 #[test]
-fn shapes_of_one_batch_reach_each_other_through_batch_norms_only() {
+fn shapes_of_one_batch_influence_each_other_only_through_batch_norms() {
     let (shapes, mut settings) = (boxes(), settings(1));
     let loss = |net: &NetConfig, settings: &TrainSettings| {
         let training = Training::new(net, settings, Backend::Flex).unwrap();

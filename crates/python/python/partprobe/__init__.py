@@ -1,6 +1,6 @@
 """Labels the parts of STEP files, as NumPy arrays.
 
-`label` turns a file into a `Carrier`: a mesh in which each triangle knows its face and its part. `Carrier.sample` draws points,
+`label` turns a file into a `Carrier`: a mesh with the face and the part of each triangle. `Carrier.sample` draws points,
 `Dataset` reads a folder that the program `partprobe label` wrote, `Model` embeds points, and `score` scores predictions. The
 wheel also contains the program `partprobe`.
 

@@ -1,4 +1,4 @@
-"""Defines the exceptions of the module. All of them are `ValueError`s, and their texts say what to do."""
+"""Defines the exceptions of the module. All of them are `ValueError`s, and their messages say what to do."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ class PartprobeError(ValueError):
 
 
 class UsageError(PartprobeError):
-    """The call cannot be meant: an unknown label source, a setting out of range, an array of another length."""
+    """The call is wrong: an unknown label source, a setting out of range, or an array of a different length."""
 
 
 class StepError(PartprobeError):
@@ -17,7 +17,7 @@ class StepError(PartprobeError):
     file: str | None
     """The file, or `None` if bytes were given."""
     entity: int | None
-    """The `#` number of the first entity that was lost, or `None` if the reason is not about an entity."""
+    """The `#` number of the first entity that was lost, or `None` if no entity is the reason."""
     status: str
     """`over-budget` if larger limits could help, otherwise `failed`."""
 

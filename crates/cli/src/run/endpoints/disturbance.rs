@@ -119,7 +119,7 @@ mod tests {
     }
 
     #[test]
-    fn without_settings_points_stay_and_normals_can_go() {
+    fn without_settings_points_stay_and_normals_can_be_removed() {
         assert_eq!(disturbed(sample(), "a", &endpoint("")), sample());
         let without = disturbed(sample(), "a", &endpoint("normals = \"none\""));
         assert_eq!(without.points, sample().points);

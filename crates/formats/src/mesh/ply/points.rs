@@ -221,7 +221,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn clouds_come_back(rows in proptest::collection::vec((-9.0f32..9.0, -1.0f32..1.0, any::<i32>()), 0..20), normals: bool, parts: bool) {
+        fn clouds_round_trip(rows in proptest::collection::vec((-9.0f32..9.0, -1.0f32..1.0, any::<i32>()), 0..20), normals: bool, parts: bool) {
             let cloud = PlyPoints {
                 points: rows.iter().map(|row| [row.0, -row.0, 1.0]).collect(),
                 normals: rows.iter().filter(|_| normals).map(|row| [row.1, 0.0, 1.0]).collect(),

@@ -229,7 +229,7 @@ mod tests {
     }
 
     #[test]
-    fn a_given_gradient_is_the_gradient() {
+    fn a_custom_gradient_is_used() {
         let device = Device::flex().autodiff();
         let rows = input([5, 3], "rows").on(&device).require_grad();
         let given = numbers(15, "gradient");

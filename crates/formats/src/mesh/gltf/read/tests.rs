@@ -129,7 +129,7 @@ fn lists_strips_and_fans_have_the_orientation_of_the_specification() {
 }
 
 #[test]
-fn an_exported_carrier_comes_back_with_its_parts() {
+fn an_exported_carrier_is_read_with_its_parts() {
     let carrier = three_squares();
     let bytes = carrier_to_glb(&carrier, &[0, -1, 1], &[[255; 3]; 3], GlbNodes::One).unwrap();
     let found = marked_mesh_from_gltf(&bytes, &|_| Err(String::new())).unwrap();
