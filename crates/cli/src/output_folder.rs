@@ -57,15 +57,18 @@ pub(crate) fn ensure_empty(folder: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Removes the content of a folder, but not the folder itself.
+/// Removes the content of a folder, but neither the folder itself nor the entry `kept`.
 ///
 /// # Errors
 /// If something in it cannot be read or removed.
-pub(crate) fn remove_content(folder: &Path) -> Result<()> {
+pub(crate) fn remove_content(folder: &Path, kept: Option<&Path>) -> Result<()> {
     let entries = fs::read_dir(folder).with_context(|| format!("reading {}", folder.display()))?;
     for entry in entries {
         let entry = entry.with_context(|| format!("reading {}", folder.display()))?;
         let path = entry.path();
+        if kept == Some(&path) {
+            continue;
+        }
         let is_folder = entry.file_type().is_ok_and(|kind| kind.is_dir());
         let removed = if is_folder {
             fs::remove_dir_all(&path)

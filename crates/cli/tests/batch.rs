@@ -191,6 +191,29 @@ fn shares_join_to_the_batch_of_one_machine() {
         contents(&path.join("whole")),
         contents(&path.join("joined"))
     );
+    // A share with a damaged carrier is named, and nothing is left behind. It can be joined after it was labeled again.
+    let shares = ["share1", "share2", "share3"];
+    let damaged = shares.into_iter().find_map(|share| {
+        let mut files = contents(&path.join(share)).into_keys();
+        let carrier = files.find(|file| file.extension().is_some_and(|end| end == "npz"));
+        Some((share, path.join(share).join(carrier?)))
+    });
+    let (share, carrier) = damaged.unwrap();
+    let bytes = fs::read(&carrier).unwrap();
+    // The data sets above have links to this file.
+    fs::remove_file(&carrier).unwrap();
+    fs::write(&carrier, &bytes[..bytes.len() / 2]).unwrap();
+    let merge = ["merge", "share1", "share2", "share3", "--out", "repaired"];
+    check(path, &merge, 1, "1 carrier is not as labeled");
+    assert!(!path.join("repaired").exists());
+    let shard = format!("{}/3", &share["share".len()..]);
+    let again = ["label", "s", "--out", share, "--shard", &shard, "--resume"];
+    check(path, &again, 0, "");
+    check(path, &merge, 0, "");
+    assert_eq!(
+        contents(&path.join("whole")),
+        contents(&path.join("repaired"))
+    );
     check(
         path,
         &[

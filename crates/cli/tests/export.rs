@@ -566,6 +566,11 @@ fn impossible_requests_are_refused_and_leave_no_files() {
         2,
         "holds no export.json",
     );
+    // An export that finds no shape keeps the former one.
+    let before = contents(&path.join("o"));
+    fs::write(path.join("text.step"), "no STEP text").unwrap();
+    check(path, "export glb text.step --out o --force", 1, "");
+    assert_eq!(contents(&path.join("o")), before);
     check(path, "export glb d --out o --force", 0, "");
     assert!(
         contents(&path.join("o"))

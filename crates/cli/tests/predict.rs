@@ -455,6 +455,41 @@ fn a_library_finds_its_own_shapes_and_knows_its_backbone() {
     assert_code(&again, 0);
     assert_eq!(String::from_utf8(again.stdout).unwrap().lines().count(), 1);
     assert_eq!(contents(&fixture.path("library")), before);
+    // A shape whose file was removed leaves the index.
+    let gone = removed.with_extension("").to_string_lossy().into_owned();
+    fs::remove_file(fixture.path("library").join(removed)).unwrap();
+    let other = fs::read_dir(fixture.path("first/data/step")).unwrap();
+    let other = other
+        .map(|entry| entry.unwrap().path())
+        .find(|path| !path.to_string_lossy().contains(&gone));
+    let other = other.unwrap();
+    let fixed = [
+        "embed", "first", "--form", "shapes", "--out", "library", "--resume",
+    ];
+    let add =
+        |step: &std::path::Path| fixture.program(&[&fixed[..], &[step.to_str().unwrap()]].concat());
+    fs::create_dir(fixture.path("a")).unwrap();
+    fs::create_dir(fixture.path("b")).unwrap();
+    for folder in ["a", "b"] {
+        fs::copy(&other, fixture.path(folder).join("new.step")).unwrap();
+    }
+    assert_code(&add(&fixture.path("a/new.step")), 0);
+    let index = || fs::read_to_string(fixture.path("library/index.jsonl")).unwrap();
+    assert!(
+        !index().contains(&format!("\"id\":\"{gone}\"")),
+        "{}",
+        index()
+    );
+    // Another file with the name of an earlier one does not take its place.
+    let refused = add(&fixture.path("b/new.step"));
+    assert_code(&refused, 1);
+    let message = String::from_utf8_lossy(&refused.stderr);
+    assert!(message.contains("has the same id, new"), "{message}");
+    assert!(index().contains("a/new.step"), "{}", index());
+    fs::remove_file(fixture.path("library/new.npz")).unwrap();
+    assert_code(&embed("shapes", "library", &["--resume"]), 0);
+    assert_eq!(contents(&fixture.path("library")), before);
+
     let full = embed("shapes", "library", &[]);
     assert_code(&full, 2);
     let message = String::from_utf8_lossy(&full.stderr);

@@ -112,6 +112,7 @@ fn a_missed_bound_ends_in_3_and_is_in_the_report() {
     );
     check("\"k-means.nothing\" = \">= 0.9\"", 2, "nothing");
     check("miou = 0.9", 2, "must be a text such as");
+    check("# none yet", 2, "has no bound");
 }
 
 #[test]

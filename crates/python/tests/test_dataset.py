@@ -1,6 +1,7 @@
 """Reads a data set that the program of the wheel labeled, also in worker processes as a loader has them."""
 
 import multiprocessing
+import os
 import pathlib
 import pickle
 import unittest
@@ -92,6 +93,17 @@ class Items(unittest.TestCase):
         again = pickle.loads(pickle.dumps(dataset))
         self.assertEqual(repr(again), repr(dataset))
         np.testing.assert_array_equal(again[0]["points"], dataset[0]["points"])
+
+    def test_a_relative_path_stays_valid_in_another_folder(self):
+        before = os.getcwd()
+        try:
+            os.chdir(MATERIAL.dataset)
+            dataset = partprobe.Dataset(".", n_points=7)
+            os.chdir("/")
+            self.assertEqual(len(dataset[0]["points"]), 7)
+            self.assertEqual(len(pickle.loads(pickle.dumps(dataset))), len(dataset))
+        finally:
+            os.chdir(before)
 
 
 class Refusals(unittest.TestCase):

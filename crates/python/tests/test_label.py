@@ -138,6 +138,7 @@ class Options(unittest.TestCase):
         self.check(TypeError, "tau_min: ", tau_min="many")
         self.check(partprobe.UsageError, "theta_deg must be from 0 to 180", theta_deg=200.0)
         self.check(partprobe.UsageError, "tau_min: ", tau_min=-1)
+        self.check(TypeError, 'layers: it must be a list of names, such as ["brep-face"]', layers="brep-face")
         self.check(partprobe.UsageError, 'unit must be "file" or "solid"', unit="face")
         self.check(partprobe.UsageError, "did you mean `normal`?", attributes=["normals"])
         self.check(partprobe.UsageError, "not a label source", layers=["nothing"])
@@ -168,6 +169,20 @@ class Errors(unittest.TestCase):
         self.check(STEP, partprobe.StepError, "raise label.max_triangles", status="over-budget", max_triangles=10)
         self.check(STEP, partprobe.StepError, "raise max_file_mb", status="over-budget", max_file_mb=0)
         self.check("gone.step", FileNotFoundError, "gone.step")
+        for source in (None, 3, memoryview(b"")):
+            self.check(source, TypeError, "give a path (str or os.PathLike), or the bytes of a STEP file")
+        self.check(STEP, partprobe.StepError, "raise label.max_entities", status="over-budget", max_entities=10)
+
+    def test_numbers_out_of_range_are_named(self):
+        carrier = partprobe.label(STEP)
+        for call in (lambda: carrier.sample(-1), lambda: carrier.sample(5, seed=-1), lambda: partprobe.synth(seed=2**64)):
+            with self.assertRaisesRegex(partprobe.UsageError, "must"):
+                call()
+
+    def test_a_file_that_cannot_be_written_is_an_error_of_the_system(self):
+        with self.assertRaises(FileNotFoundError) as caught:
+            partprobe.label(STEP).save("/no such folder/a.npz")
+        self.assertEqual(caught.exception.filename, "/no such folder/a.npz")
 
     def test_a_lost_entity_is_named(self):
         text = STEP.replace(b"PLANE(", b"PLAIN(").replace(b"CYLINDRICAL_SURFACE(", b"ROUND(")

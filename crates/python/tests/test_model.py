@@ -65,6 +65,9 @@ class Embeddings(unittest.TestCase):
         for error, words, path, options in [
             (partprobe.UsageError, "choose one backbone", RUN, {}),
             (partprobe.UsageError, "choose one backbone", RUN, {"supervision": "nothing"}),
+            (partprobe.UsageError, "was trained on `step-parts` with seed 0", self.model.path, {"supervision": "ward-20"}),
+            (partprobe.UsageError, "was trained on `step-parts` with seed 0", self.model.path, {"seed": 7}),
+            (partprobe.UsageError, "a seed must be from 0 to", RUN, {"seed": -1}),
             (FileNotFoundError, "gone", RUN / "gone", {}),
             (partprobe.DamagedFileError, "config.toml", RUN / "config.toml", {}),
         ]:
@@ -73,6 +76,17 @@ class Embeddings(unittest.TestCase):
             self.assertIn(words, str(caught.exception))
         with self.assertRaises(partprobe.UsageError):
             self.model.embed([[0.0, 0.0, 0.0]])
+        sample = self.model.sample(self.carrier)
+        with self.assertRaisesRegex(partprobe.UsageError, "have their own"):
+            self.model.embed(sample, sample.normals)
+
+    def test_exchanged_weights_are_refused(self):
+        with tempfile.TemporaryDirectory() as folder:
+            place = pathlib.Path(folder) / "checkpoints/ward-20-0"
+            place.mkdir(parents=True)
+            (place / "model.safetensors").write_bytes(self.model.path.read_bytes())
+            with self.assertRaisesRegex(partprobe.UsageError, "was trained on `step-parts`"):
+                partprobe.Model(folder)
 
 
 if __name__ == "__main__":

@@ -78,6 +78,10 @@ impl Default for ReadBudget {
 /// Additional visits, which the smallest files need.
 const SPARE_VISITS: u64 = 1000;
 
+const BYTES: &str = "bytes";
+const ENTITIES: &str = "entities";
+const VISITS: &str = "visits to an entity on average";
+
 /// The reason why a text gives no B-Rep.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
@@ -92,7 +96,7 @@ pub enum ReadError {
     #[error("the file has no data section with entities; it may have been cut off")]
     NoData,
     /// Reading the text needs more work than the budget allows.
-    #[error("the file has more than {limit} {what}; raise the budget to read it")]
+    #[error("the file has more than {limit} {what}{}", advice(what))]
     OverBudget {
         /// The quantity that exceeds the limit.
         what: &'static str,
@@ -105,6 +109,15 @@ pub enum ReadError {
         /// The entities that could not be read. The list is empty if the file names no faces.
         lost: Vec<LostEntity>,
     },
+}
+
+/// The setting that a user may raise. There is none for visits: a file that needs so many is not worth its time.
+fn advice(what: &str) -> &'static str {
+    match what {
+        BYTES => "; raise label.max_file_mb to read it",
+        ENTITIES => "; raise label.max_entities to read it",
+        _ => "",
+    }
 }
 
 fn no_faces(lost: &[LostEntity]) -> String {
@@ -129,7 +142,7 @@ pub fn read(text: &[u8], budget: &ReadBudget) -> Result<Brep, ReadError> {
     let max_bytes = budget.max_bytes.min(u64::from(u32::MAX));
     if text.len() as u64 > max_bytes {
         return Err(ReadError::OverBudget {
-            what: "bytes",
+            what: BYTES,
             limit: max_bytes,
         });
     }
@@ -137,7 +150,7 @@ pub fn read(text: &[u8], budget: &ReadBudget) -> Result<Brep, ReadError> {
     // A character of two bytes may need three bytes in UTF-8, so the length is tested again.
     if text.len() as u64 > u64::from(u32::MAX) {
         return Err(ReadError::OverBudget {
-            what: "bytes",
+            what: BYTES,
             limit: max_bytes,
         });
     }
@@ -147,7 +160,7 @@ pub fn read(text: &[u8], budget: &ReadBudget) -> Result<Brep, ReadError> {
             ExchangeError::NotStep => ReadError::NotStep,
             ExchangeError::NoData => ReadError::NoData,
             ExchangeError::TooManyEntities => ReadError::OverBudget {
-                what: "entities",
+                what: ENTITIES,
                 limit: budget.max_entities,
             },
         })?;
@@ -159,7 +172,7 @@ pub fn read(text: &[u8], budget: &ReadBudget) -> Result<Brep, ReadError> {
     brep.lost.append(&mut source.assumptions());
     if source.is_spent() {
         return Err(ReadError::OverBudget {
-            what: "visits to an entity on average",
+            what: VISITS,
             limit: budget.max_visits_per_entity,
         });
     }

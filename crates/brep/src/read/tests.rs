@@ -267,6 +267,14 @@ fn budgets_are_named_when_they_are_spent() {
         }),
         Some(("entities", 10))
     );
+    let few = ReadBudget {
+        max_entities: 10,
+        ..all
+    };
+    assert_eq!(
+        read(&text, &few).unwrap_err().to_string(),
+        "the file has more than 10 entities; raise label.max_entities to read it"
+    );
     let mut text = StepText::in_millimeters();
     let point = text.point([0.0; 3]);
     let poly_loop = text.add(format!(

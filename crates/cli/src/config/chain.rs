@@ -53,7 +53,7 @@ impl ConfigText {
         };
         let folder = self.path.as_deref().and_then(Path::parent);
         let sibling = folder.map(|folder| folder.join(base));
-        if let Some(path) = sibling.filter(|path| path.exists()) {
+        if let Some(path) = sibling.filter(|path| path.is_file()) {
             return of_file(&path).map(Some);
         }
         let name = base.trim_end_matches(".toml");
@@ -113,7 +113,10 @@ mod tests {
     fn names(files: &[(&str, &str)]) -> String {
         let folder = tempfile::tempdir().unwrap();
         for (name, text) in files {
-            fs::write(folder.path().join(name), text).unwrap();
+            match name.strip_suffix('/') {
+                Some(name) => fs::create_dir(folder.path().join(name)).unwrap(),
+                None => fs::write(folder.path().join(name), text).unwrap(),
+            }
         }
         let path = folder.path().join(files[0].0);
         let found = match chain(&path.display().to_string(), files[0].1, Some(&path)) {
@@ -140,6 +143,11 @@ mod tests {
             (
                 vec![("a.toml", on("base.toml")), ("base.toml", String::new())],
                 "a.toml > base.toml",
+            ),
+            // A folder is not a config, for example that of a run.
+            (
+                vec![("a.toml", on("base")), ("base/", String::new())],
+                "a.toml > base",
             ),
             (
                 vec![("a.toml", on("b.toml")), ("b.toml", on("a.toml"))],

@@ -199,7 +199,7 @@ pub(crate) fn shipped(name: &str) -> Option<&'static str> {
         .map(|shipped| shipped.text)
 }
 
-/// Keys of `[train]` with the same meaning in two units. If one is set, the other is unset.
+/// Keys of `[train]` with the same meaning in two units. If one is set, the other is unset. A value of 0 means "not set".
 const ALTERNATIVES: [[&str; 2]; 2] = [["steps", "epochs"], ["valid_every", "valid_every_epochs"]];
 
 /// Merges a whole config over another one.
@@ -209,7 +209,10 @@ fn overlay_config(lower: &mut Table, upper: Table) {
     {
         for [a, b] in ALTERNATIVES {
             for (key, other) in [(a, b), (b, a)] {
-                if above.contains_key(key) && !above.contains_key(other) {
+                let is_set = above
+                    .get(key)
+                    .is_some_and(|value| value.as_integer() != Some(0));
+                if is_set && !above.contains_key(other) {
                     below.insert(other.to_owned(), Value::Integer(0));
                 }
             }
@@ -359,6 +362,13 @@ mod tests {
             (train.n_steps(17), train.n_steps_between_validations(17)),
             (9, 3)
         );
+        // A value of 0 unsets nothing, wherever it stands.
+        for zero in [
+            ["train.steps=5", "train.epochs=0"],
+            ["train.epochs=0", "train.steps=5"],
+        ] {
+            assert_eq!((load(&zero).steps, load(&zero).epochs), (5, 0));
+        }
         let back = load(&["train.epochs=3", "train.steps=5"]);
         assert_eq!((back.n_steps(17), back.epochs), (5, 0));
     }

@@ -84,6 +84,10 @@ impl Summary {
     /// If nothing was labeled.
     pub(crate) fn ensure_labeled(&self, folder: &Path) -> Result<()> {
         ensure!(
+            self.n_files > 0,
+            "there is no file to label: the folders and archives that were given are empty"
+        );
+        ensure!(
             self.n_labeled > 0,
             "no file could be labeled; {} says why",
             folder.join(INDEX_FILE).display()

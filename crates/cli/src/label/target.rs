@@ -273,7 +273,7 @@ fn remove_dataset(out: &Path, files: &[InputFile]) -> Result<()> {
         )));
     }
     // The folder itself is kept, because it is locked.
-    remove_content(out)
+    remove_content(out, None)
 }
 
 /// Whether a file belongs to a data set, finished or not.

@@ -1,10 +1,12 @@
 //! Runs `partprobe merge`: the shares of a batch become one data set.
 
+use crate::audit::audited;
+use crate::counted::counted;
 use crate::dataset_settings::DatasetSettings;
 use crate::folder_lock::FolderLock;
 use crate::interrupt;
 use crate::label::{Shard, Summary};
-use crate::output_folder::{ensure_empty, make_folder};
+use crate::output_folder::{ensure_empty, make_folder, remove_content};
 use crate::progress::Progress;
 use crate::stdout::print_line;
 use crate::usage::UsageError;
@@ -31,12 +33,15 @@ pub(crate) struct MergeArgs {
     /// The folder to write.
     #[arg(long, value_name = "DATASET")]
     out: PathBuf,
+    /// Do not check that the carriers of the shares are as they were labeled.
+    #[arg(long)]
+    quick: bool,
 }
 
 /// Joins the shares. The bytes of the result are those of a batch without shares.
 ///
 /// # Errors
-/// If shares are missing, unfinished or of different batches, the folder is not empty, or no share has a shape.
+/// If shares are missing, unfinished, damaged or of different batches, the folder is not empty, or no share has a shape.
 pub(crate) fn merge(args: &MergeArgs) -> Result<()> {
     let shares = args
         .shares
@@ -45,27 +50,39 @@ pub(crate) fn merge(args: &MergeArgs) -> Result<()> {
         .collect::<Result<Vec<_>>>()?;
     let settings = common_settings(&shares)?;
     refuse_repeated_ids(&shares)?;
+    if !args.quick {
+        shares.iter().try_for_each(Share::ensure_undamaged)?;
+    }
     ensure_empty(&args.out)?;
     interrupt::end_at_once()?;
     make_folder(&args.out)?;
     let _lock = FolderLock::take(&args.out, "merging into")?;
 
-    let mut writer = DatasetWriter::create(&args.out, &settings)?;
+    let joined = joined(&shares, &settings, &args.out);
+    let summary = joined.inspect_err(|_| {
+        // The shares have everything. A failed removal does no harm, because the original error is reported.
+        let _ = remove_content(&args.out, None);
+    })?;
+    print_line(&summary)?;
+    summary.ensure_labeled(&args.out)
+}
+
+/// Writes the data set.
+fn joined(shares: &[Share], settings: &DatasetSettings, out: &Path) -> Result<Summary> {
+    let mut writer = DatasetWriter::create(out, settings)?;
     let n_entries = shares.iter().map(|share| share.dataset.entries().len());
     let bar = Progress::on_terminal().bar("merge", n_entries.sum());
-    for share in &shares {
+    for share in shares {
         let times = share.times();
         for record in share.dataset.records() {
-            share.link_files(&record, &args.out)?;
+            share.link_files(&record, out)?;
             bar.inc(record.entries.len() as u64);
             writer.record(with_times(record, &times))?;
         }
     }
-
     let mut summary = Summary::default();
     writer.finish_visiting(|entries| summary.add(entries))?;
-    print_line(&summary)?;
-    summary.ensure_labeled(&args.out)
+    Ok(summary)
 }
 
 /// One share of a batch.
@@ -95,6 +112,21 @@ impl Share {
             shard,
             dataset,
         })
+    }
+
+    /// Refuses a share with carriers that are missing, damaged or changed.
+    fn ensure_undamaged(&self) -> Result<()> {
+        let damaged = audited(&self.dataset).damaged;
+        if let Some(first) = damaged.first() {
+            bail!(
+                "{}: {} not as labeled, first {}: {}; label this share again with --resume",
+                self.path.display(),
+                counted(damaged.len(), "carrier is", "carriers are"),
+                first.id,
+                first.reason
+            );
+        }
+        Ok(())
     }
 
     /// The time at which each file was labeled and its duration, by source. It is empty if the share has no such list.

@@ -1,6 +1,7 @@
 //! Runs `partprobe synth`: it writes generated mechanical parts as STEP files.
 
 use crate::config::{SynthConfig, by_flag, load};
+use crate::folder_lock::FolderLock;
 use crate::interrupt;
 use crate::output_folder::{ensure_empty, make_folder};
 use crate::progress::Progress;
@@ -55,8 +56,10 @@ pub(crate) fn synth(args: &SynthArgs) -> Result<()> {
         overrides.extend(value.map(|value| by_flag(flag, format!("synth.{key}={value}"))));
     }
     let loaded = load(&args.config, &overrides)?;
-    ensure_empty(&args.out)?;
     interrupt::end_at_once()?;
+    make_folder(&args.out)?;
+    let _lock = FolderLock::take(&args.out, "generating parts in")?;
+    ensure_empty(&args.out)?;
     write_parts(&args.out, &loaded.config.synth, &Progress::on_terminal())?;
     print_line(format_args!(
         "{} STEP files in {}",

@@ -42,7 +42,7 @@ pub enum UnpackError {
     },
     /// An archive of several files under the name of a single file.
     #[error(
-        "it is a {container} archive of files; `partprobe label` reads archives if the name ends in {ending}"
+        "it is a {container} archive of files, which `partprobe label` reads if its name ends in {ending}"
     )]
     Archive {
         /// The kind of archive.
@@ -81,7 +81,7 @@ pub fn unpacked_step(bytes: Vec<u8>, limit: u64) -> Result<Vec<u8>, UnpackError>
             Some(Container::Tar) => {
                 return Err(UnpackError::Archive {
                     container: "tar",
-                    ending: ".tar",
+                    ending: ".tar, .tar.gz or .tar.xz",
                 });
             }
         };

@@ -1,8 +1,11 @@
-//! Reads and writes NPY, versions 1.0 to 3.0, little endian: one array and its bytes.
+//! Reads and writes NPY, versions 1.0 to 3.0: one array and its bytes.
+//!
+//! Arrays of any byte order, in C or Fortran order, are read. Integers of one or two bytes become wider. Arrays are written with the
+//! lowest byte first and in C order.
 
 use crate::numpy::array::{Array, Values};
 use crate::numpy::half::Half;
-use crate::numpy::npy_header::{NpyError, header_bytes, split_header};
+use crate::numpy::npy_header::{Header, NpyError, header_bytes, split_header};
 
 /// The bytes of an NPY file that `numpy.load` opens.
 #[must_use]
@@ -36,8 +39,14 @@ pub fn array_to_npy(array: &Array) -> Vec<u8> {
 /// If the header is damaged, the type or order is not supported, or the shape does not fit the bytes.
 pub fn array_from_npy(bytes: &[u8]) -> Result<Array, NpyError> {
     let (header, bytes) = split_header(bytes)?;
-    let values = values_from(&header.descr, bytes)?;
     let n_bytes = bytes.len();
+    let values = match header.item_size() {
+        Some(size) if header.is_fortran || header.is_big_endian() => values_from(
+            &header.little_endian_descr(),
+            &reordered(&header, size, bytes),
+        )?,
+        _ => values_from(&header.descr, bytes)?,
+    };
     let (descr, shape) = (header.descr, header.shape);
     Array::with_shape(shape.clone(), values).ok_or(NpyError::Size {
         descr,
@@ -46,12 +55,49 @@ pub fn array_from_npy(bytes: &[u8]) -> Result<Array, NpyError> {
     })
 }
 
+/// The bytes with the last index fastest, and each value with its lowest byte first. Bytes that do not fit the shape keep their order.
+fn reordered(header: &Header, item_size: usize, bytes: &[u8]) -> Vec<u8> {
+    let mut bytes = bytes.to_vec();
+    if header.is_big_endian() {
+        // A text consists of characters of four bytes.
+        let unit = if header.is_text() { 4 } else { item_size };
+        bytes.chunks_exact_mut(unit).for_each(<[u8]>::reverse);
+    }
+    let n_items = header
+        .shape
+        .iter()
+        .try_fold(1usize, |n, &side| n.checked_mul(side));
+    let fits = n_items.and_then(|n| n.checked_mul(item_size)) == Some(bytes.len());
+    if !header.is_fortran || !fits {
+        return bytes;
+    }
+    let mut sorted = Vec::with_capacity(bytes.len());
+    let mut index = vec![0; header.shape.len()];
+    for _ in 0..bytes.len() / item_size {
+        // The first index is the fastest one in the file.
+        let place = index.iter().zip(&header.shape).rev();
+        let place = place.fold(0, |place, (&at, &side)| place * side + at);
+        sorted.extend_from_slice(&bytes[place * item_size..][..item_size]);
+        for (at, &side) in index.iter_mut().zip(&header.shape).rev() {
+            *at += 1;
+            if *at < side {
+                break;
+            }
+            *at = 0;
+        }
+    }
+    sorted
+}
+
 /// All values in the bytes. An incomplete last value is left out, so the count does not fit the shape then.
 fn values_from(descr: &str, bytes: &[u8]) -> Result<Values, NpyError> {
     Ok(match descr {
         "<f2" => Values::F16(chunks(bytes, |half| Half(u16::from_le_bytes(half)))?),
         "<f4" => Values::F32(chunks(bytes, f32::from_le_bytes)?),
         "<f8" => Values::F64(chunks(bytes, f64::from_le_bytes)?),
+        "|i1" | "<i1" => Values::I32(chunks(bytes, |byte| i8::from_le_bytes(byte).into())?),
+        "<i2" => Values::I32(chunks(bytes, |short| i16::from_le_bytes(short).into())?),
+        "<u2" => Values::I32(chunks(bytes, |short| u16::from_le_bytes(short).into())?),
         "<i4" => Values::I32(chunks(bytes, i32::from_le_bytes)?),
         "<i8" => Values::I64(chunks(bytes, i64::from_le_bytes)?),
         "|u1" | "<u1" => Values::U8(bytes.to_vec()),
@@ -138,6 +184,74 @@ mod tests {
         assert_eq!(array_from_npy(&array_to_npy(array)).as_ref(), Ok(array));
     }
 
+    /// Reads values of this type code, in this order, after a header with this shape.
+    #[track_caller]
+    fn check_read(descr: &str, order: &str, shape: &str, bytes: &[u8], expected: &Array) {
+        let dictionary =
+            format!("{{'descr': '{descr}', 'fortran_order': {order}, 'shape': {shape}, }}\n");
+        let mut file = b"\x93NUMPY\x01\x00".to_vec();
+        file.extend((dictionary.len() as u16).to_le_bytes());
+        file.extend(dictionary.bytes());
+        file.extend(bytes);
+        assert_eq!(array_from_npy(&file).as_ref(), Ok(expected), "{dictionary}");
+    }
+
+    #[test]
+    fn other_orders_and_short_integers_are_read() {
+        let shorts: Vec<u8> = [-1i16, 2, 300]
+            .iter()
+            .flat_map(|x| x.to_le_bytes())
+            .collect();
+        check_read(
+            "<i2",
+            "False",
+            "(3,)",
+            &shorts,
+            &Array::vector(vec![-1, 2, 300]),
+        );
+        check_read(
+            "|i1",
+            "False",
+            "(2,)",
+            &[255, 7],
+            &Array::vector(vec![-1, 7]),
+        );
+        check_read(
+            ">u2",
+            "True",
+            "(2,)",
+            &[1, 0, 0, 5],
+            &Array::vector(vec![256, 5]),
+        );
+
+        let columns = [1.0f32, 4.0, 2.0, 5.0, 3.0, 6.0];
+        let expected = Array::rows(&[[1.0f32, 2.0, 3.0], [4.0, 5.0, 6.0]]);
+        let little: Vec<u8> = columns.iter().flat_map(|x| x.to_le_bytes()).collect();
+        let big: Vec<u8> = columns.iter().flat_map(|x| x.to_be_bytes()).collect();
+        check_read("<f4", "True", "(2, 3)", &little, &expected);
+        check_read(">f4", "True", "(2, 3)", &big, &expected);
+
+        // The index of three dimensions counts as NumPy counts it.
+        let cube: Vec<i32> = (0..24).collect();
+        let at = |[a, b, c]: [usize; 3]| cube[(a * 3 + b) * 4 + c];
+        let fortran = (0..24usize).map(|n| at([n % 2, n / 2 % 3, n / 6]));
+        let bytes: Vec<u8> = fortran.flat_map(i32::to_le_bytes).collect();
+        let expected = Array::with_shape(vec![2, 3, 4], Values::I32(cube.clone())).unwrap();
+        check_read("<i4", "True", "(2, 3, 4)", &bytes, &expected);
+
+        let text: Vec<u8> = "ab"
+            .chars()
+            .flat_map(|c| u32::from(c).to_be_bytes())
+            .collect();
+        check_read(
+            ">U2",
+            "False",
+            "(1,)",
+            &text,
+            &Array::vector(vec!["ab".to_owned()]),
+        );
+    }
+
     #[test]
     fn every_type_round_trips() {
         check_round_trip(&Array::vector(vec![1.5f32, -0.0, f32::INFINITY]));
@@ -198,7 +312,7 @@ mod tests {
             &[],
             NpyError::Type("<U0".to_owned()),
         );
-        check(">f8", &[1], &[0; 8], NpyError::Type(">f8".to_owned()));
+        check("<c8", &[1], &[0; 8], NpyError::Type("<c8".to_owned()));
         check("|O", &[1], &[0; 8], NpyError::Type("|O".to_owned()));
         check(
             "<U1",

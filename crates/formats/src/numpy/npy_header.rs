@@ -26,12 +26,9 @@ pub enum NpyError {
     /// The header's dictionary lacks a key or has a value of another kind.
     #[error("the header gives no plain `descr`, `fortran_order` and `shape`")]
     Dictionary,
-    /// The array is stored column by column.
-    #[error("the array is in Fortran order; save it with `numpy.ascontiguousarray`")]
-    FortranOrder,
     /// partprobe does not read the type.
     #[error(
-        "type `{0}` can't be read; save as little-endian float16, float32, float64, int32, int64, uint8, uint32, uint64, bool or str"
+        "type `{0}` can't be read; save as float16, float32, float64, a type of whole numbers, bool or str"
     )]
     Type(String),
     /// Shape and bytes do not agree.
@@ -56,6 +53,35 @@ pub(crate) struct Header {
     pub(crate) descr: String,
     /// The length of each dimension.
     pub(crate) shape: Vec<usize>,
+    /// Whether the first index changes fastest, and not the last one.
+    pub(crate) is_fortran: bool,
+}
+
+impl Header {
+    /// Whether the highest byte of each value is the first one.
+    pub(crate) fn is_big_endian(&self) -> bool {
+        self.descr.starts_with('>')
+    }
+
+    /// Whether the values are texts of fixed width.
+    pub(crate) fn is_text(&self) -> bool {
+        self.descr.get(1..2) == Some("U")
+    }
+
+    /// The type code of the same values with the lowest byte first.
+    pub(crate) fn little_endian_descr(&self) -> String {
+        match self.descr.strip_prefix('>') {
+            Some(code) => format!("<{code}"),
+            None => self.descr.clone(),
+        }
+    }
+
+    /// The number of bytes of a value. Returns `None` if the type code has none.
+    pub(crate) fn item_size(&self) -> Option<usize> {
+        let width: usize = self.descr.get(2..)?.parse().ok()?;
+        let size = width.checked_mul(if self.is_text() { 4 } else { 1 })?;
+        (size > 0).then_some(size)
+    }
 }
 
 /// The bytes of a version 1.0 header, or 2.0 if the dictionary is too long.
@@ -118,11 +144,9 @@ fn parse(dictionary: &str) -> Result<Header, NpyError> {
     let shape = value_of(dictionary, "shape")
         .and_then(tuple)
         .ok_or(NpyError::Dictionary)?;
-    if order.starts_with("True") && shape.len() > 1 {
-        return Err(NpyError::FortranOrder);
-    }
     Ok(Header {
         descr: descr.to_owned(),
+        is_fortran: order.starts_with("True") && shape.len() > 1,
         shape,
     })
 }
@@ -168,6 +192,7 @@ mod tests {
         let expected = expected.map(|(descr, shape)| Header {
             descr: descr.to_owned(),
             shape: shape.to_vec(),
+            is_fortran: dictionary.contains("True") && shape.len() > 1,
         });
         assert_eq!(parse(dictionary), expected);
     }
@@ -188,7 +213,7 @@ mod tests {
         );
         check(
             "{'descr': '<i4', 'fortran_order': True, 'shape': (2, 2), }",
-            Err(NpyError::FortranOrder),
+            Ok(("<i4", &[2, 2])),
         );
         check(
             "{'descr': [('a', '<i4')], 'fortran_order': False, 'shape': (2,), }",

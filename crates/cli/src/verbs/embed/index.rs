@@ -17,7 +17,7 @@ pub(super) struct IndexLine {
     /// The id of the shape, or the name of an input that could not be read.
     pub(super) id: String,
     /// The file or the shape from which it was read.
-    source: String,
+    pub(super) source: String,
     /// The embedding file, relative to the folder, or `None` if it could not be embedded.
     pub(super) file: Option<String>,
     /// The reason why there is no file.
@@ -79,8 +79,8 @@ pub(super) fn read_index(folder: &Path) -> Result<Vec<IndexLine>> {
     (1..).zip(text.lines()).map(read).collect()
 }
 
-/// Writes the index of a folder. Lines of previous calls are kept, unless a line with the same id replaces them, or an input that
-/// failed was tried again.
+/// Writes the index of a folder. Lines of previous calls are kept, unless a line with the same id replaces them, their file was
+/// removed, or an input that failed was tried again.
 ///
 /// # Errors
 /// If the index cannot be written.
@@ -89,7 +89,13 @@ pub(super) fn write_index(folder: &Path, lines: &[IndexLine]) -> Result<()> {
     let is_tried_again = |former: &IndexLine| {
         former.is_failed() && lines.iter().any(|line| line.source == former.source)
     };
-    let kept = former.iter().filter(|former| !is_tried_again(former));
+    let is_gone = |former: &IndexLine| {
+        let file = former.file.as_ref();
+        file.is_some_and(|file| !folder.join(file).is_file())
+    };
+    let kept = former
+        .iter()
+        .filter(|former| !is_tried_again(former) && !is_gone(former));
     let all = kept.chain(lines);
     let by_id: BTreeMap<&str, &IndexLine> = all.map(|line| (line.id.as_str(), line)).collect();
     let lines: Vec<&IndexLine> = by_id.into_values().collect();
@@ -101,13 +107,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_input_that_failed_and_was_tried_again_has_one_line() {
+    fn lines_of_earlier_calls_stay_unless_they_are_replaced_or_gone() {
         let folder = tempfile::tempdir().unwrap();
         let failed = |source: &str| IndexLine::failed(source, &anyhow::anyhow!("damaged"));
         let kept = IndexLine::written("b__s0", "b.step");
+        let removed = IndexLine::written("d__s0", "d.step");
+        fs::write(folder.path().join("b__s0.npz"), "").unwrap();
         write_index(
             folder.path(),
-            &[failed("a.step"), failed("c.step"), kept.clone()],
+            &[failed("a.step"), failed("c.step"), kept.clone(), removed],
         )
         .unwrap();
 

@@ -1,12 +1,14 @@
 //! Defines the arguments of `embed`, and its loop over shapes.
 
 use super::form::{Form, Precision, is_of};
-use super::index::{IndexLine, write_index};
+use super::index::{IndexLine, read_index, write_index};
 use super::input::{Input, Inputs};
 use super::library_model::LibraryModel;
 use crate::backbone::{Backbone, BackboneArgs, ensure_preparation};
 use crate::counted::counted;
-use crate::output_folder::ensure_empty;
+use crate::folder_lock::FolderLock;
+use crate::given_path::are_same_path;
+use crate::output_folder::{ensure_empty, make_folder};
 use crate::run::{Execution, ExecutionArgs};
 use crate::stdout::print_result;
 use anyhow::{Context, Result, bail, ensure};
@@ -55,7 +57,7 @@ pub(crate) struct EmbedArgs {
     /// The type of the embeddings.
     #[arg(long, value_enum, default_value_t = Precision::F32)]
     dtype: Precision,
-    /// Keep existing files, and embed the other shapes.
+    /// Keep existing files, and embed the other shapes. Shapes of earlier calls stay in the index as long as their files exist.
     #[arg(long)]
     resume: bool,
     #[command(flatten)]
@@ -70,20 +72,22 @@ pub(crate) fn embed(args: &EmbedArgs) -> Result<ExitCode> {
     let execution = Execution::new(&args.execution)?;
     ensure_preparation(&args.execution.set, &[])?;
     let backbone = args.backbone.open(&args.execution.set, execution.backend)?;
+    make_folder(&args.out)?;
+    let _lock = FolderLock::take(&args.out, "embedding into")?;
     if !args.resume {
         ensure_empty(&args.out)?;
     }
-    fs::create_dir_all(&args.out).with_context(|| format!("making {}", args.out.display()))?;
     let model = LibraryModel::of(&args.backbone, &args.execution.set, args.form)?;
     model.ensure_fits(&args.out)?;
     let inputs = Inputs::open(&args.paths, &backbone.config, &execution)?;
     let mut lines = Vec::new();
     let mut sources = BTreeMap::new();
+    let earlier = earlier_sources(&args.out)?;
     let mut n_kept = 0;
     let bar = execution.progress.bar("embed", inputs.list().len());
     for input in inputs.list() {
         // A read error concerns one input, but a write error concerns all following ones.
-        match args.embedded_input(input, &backbone, &sources) {
+        match args.embedded_input(input, &backbone, (&sources, &earlier)) {
             Ok(files) => {
                 for (id, file, bytes) in files {
                     sources.insert(id.clone(), input.name());
@@ -128,21 +132,36 @@ fn conclude(out: &Path, lines: &[IndexLine]) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
+/// The inputs of earlier calls, by the ids of their shapes.
+fn earlier_sources(out: &Path) -> Result<BTreeMap<String, String>> {
+    let lines = read_index(out)?.into_iter();
+    Ok(lines.map(|line| (line.id, line.source)).collect())
+}
+
+/// Whether both are files that exist, and not the same one. A file that was moved or edited is the same input.
+fn are_two_files(one: &str, other: &str) -> bool {
+    let [one, other] = [one, other].map(Path::new);
+    one.is_file() && other.is_file() && !are_same_path(one, other)
+}
+
 /// The id of a shape, its file, and the bytes. There are no bytes if the file already exists.
 type EmbeddedFile = (String, PathBuf, Option<Vec<u8>>);
 
 impl EmbedArgs {
-    /// The embedding files of the shapes of an input. `sources` has the inputs of this call by their ids so far.
+    /// The embedding files of the shapes of an input. `sources` has the inputs of this call by their ids so far, and `earlier` those
+    /// of earlier calls.
     fn embedded_input(
         &self,
         input: &Input,
         backbone: &Backbone,
-        sources: &BTreeMap<String, String>,
+        (sources, earlier): (&BTreeMap<String, String>, &BTreeMap<String, String>),
     ) -> Result<Vec<EmbeddedFile>> {
         let mut files: Vec<EmbeddedFile> = Vec::new();
         for shape in input.shapes(&backbone.config)? {
             let file = self.out.join(format!("{}.npz", shape.id));
-            if let Some(other) = sources.get(&shape.id) {
+            let other = earlier.get(&shape.id);
+            let other = other.filter(|other| are_two_files(other, &input.name()));
+            if let Some(other) = sources.get(&shape.id).or(other) {
                 bail!(
                     "{other} has the same id, {}; rename one of the two files",
                     shape.id

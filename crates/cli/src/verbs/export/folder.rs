@@ -26,27 +26,44 @@ pub(super) struct ExportFolder {
 }
 
 impl ExportFolder {
-    /// Makes the folder. With `--force`, it replaces an existing export.
+    /// Makes the folder. An existing export is kept until [`clear`](Self::clear).
     ///
     /// # Errors
     /// If another program exports into it, or it has a file that may not be replaced.
     pub(super) fn make(root: &Path, replace: Replace, inputs: &[PathBuf]) -> Result<Self> {
         make_folder(root)?;
         let lock = FolderLock::take(root, "exporting into")?;
-        if let Replace::Export(known) = replace {
-            remove_export(root, inputs, known)?;
-        }
-        ensure!(
-            is_empty(root)?,
-            UsageError(format!(
-                "{} is not empty; choose another --out, or replace an earlier export with --force",
-                root.display()
-            ))
-        );
-        Ok(Self {
+        let folder = Self {
             root: root.to_owned(),
             _lock: lock,
-        })
+        };
+        folder.remove_scratch()?;
+        match replace {
+            Replace::Export(known) => ensure_replaceable(root, inputs, known)?,
+            Replace::Nothing => ensure!(
+                is_empty(root)?,
+                UsageError(format!(
+                    "{} is not empty; choose another --out, or replace an earlier export with --force",
+                    root.display()
+                ))
+            ),
+        }
+        Ok(folder)
+    }
+
+    /// Removes the former export, and keeps the files that were labeled for the new one.
+    pub(super) fn clear(&self) -> Result<()> {
+        remove_content(&self.root, Some(&self.scratch()))
+    }
+
+    /// Removes what a program that was killed has labeled on the way.
+    fn remove_scratch(&self) -> Result<()> {
+        let scratch = self.scratch();
+        if scratch.is_dir() {
+            fs::remove_dir_all(&scratch)
+                .with_context(|| format!("removing {}", scratch.display()))?;
+        }
+        Ok(())
     }
 
     /// Opens the folder of an export that was stopped, to add what is missing. An empty or a new folder becomes a new export.
@@ -59,6 +76,7 @@ impl ExportFolder {
             root: root.to_owned(),
             _lock: FolderLock::take(root, "exporting into")?,
         };
+        folder.remove_scratch()?;
         if is_empty(root)? {
             folder.write_settings(format, settings)?;
             return Ok(folder);
@@ -141,21 +159,16 @@ fn is_empty(folder: &Path) -> Result<bool> {
 pub(super) enum Replace {
     /// It is refused.
     Nothing,
-    /// An export with these files is removed. Anything else is refused.
+    /// An export with these files may be removed. Anything else is refused.
     Export(&'static [Outputs]),
 }
 
-/// Empties the folder of an export, finished or not. It refuses to do so if there are other files. The folder itself is kept,
-/// because it is locked.
-fn remove_export(root: &Path, inputs: &[PathBuf], known: &[Outputs]) -> Result<()> {
+/// Refuses to replace a folder that has anything but an export, finished or not, or that has an input.
+fn ensure_replaceable(root: &Path, inputs: &[PathBuf], known: &[Outputs]) -> Result<()> {
     let root = &root
         .canonicalize()
         .with_context(|| root.display().to_string())?;
-    if fs::read_dir(root)
-        .with_context(|| format!("reading {}", root.display()))?
-        .next()
-        .is_none()
-    {
+    if is_empty(root)? {
         return Ok(());
     }
     let inside = |path: &&PathBuf| path.canonicalize().is_ok_and(|path| path.starts_with(root));
@@ -181,7 +194,7 @@ fn remove_export(root: &Path, inputs: &[PathBuf], known: &[Outputs]) -> Result<(
             path.display()
         )));
     }
-    remove_content(root)
+    Ok(())
 }
 
 /// A file below the folder that no export writes.
@@ -250,7 +263,17 @@ mod tests {
         let inputs = [root.join("a/b.ply")];
         let error = ExportFolder::make(&root, EXPORT, &inputs).unwrap_err();
         assert!(error.to_string().contains("lies in --out"));
-        make(EXPORT).unwrap();
+
+        // The former export stays until there are shapes for the new one.
+        let export = make(EXPORT).unwrap();
+        assert!(root.join("a/b.ply").is_file());
+        fs::create_dir(export.scratch()).unwrap();
+        export.clear().unwrap();
+        assert_eq!(fs::read_dir(&root).unwrap().count(), 1);
+        assert!(export.scratch().is_dir());
+        drop(export);
+        // A program that was killed leaves what it has labeled on the way.
+        make(Replace::Nothing).unwrap();
         assert_eq!(fs::read_dir(&root).unwrap().count(), 0);
     }
 
@@ -276,6 +299,5 @@ mod tests {
         assert_eq!(fs::read(root.join("a.ply")).unwrap(), b"ply");
         drop(first);
         assert!(make(EXPORT).is_ok());
-        assert_eq!(fs::read_dir(&root).unwrap().count(), 0);
     }
 }

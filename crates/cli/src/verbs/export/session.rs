@@ -46,8 +46,11 @@ impl ExportSession {
             Replace::Nothing
         };
         let folder = ExportFolder::make(&args.out, replace, &args.shapes.paths)?;
-        folder.write_settings(format, settings)?;
-        Self::in_folder(args, folder)
+        let session = Self::in_folder(args, folder)?;
+        // The former export is removed only now that there are shapes for a new one.
+        session.folder.clear()?;
+        session.folder.write_settings(format, settings)?;
+        Ok(session)
     }
 
     /// The session of an export that was stopped, or a new one if the folder is empty.

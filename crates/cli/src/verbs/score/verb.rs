@@ -294,6 +294,11 @@ fn read_bounds(path: &Path) -> Result<Bounds> {
         Some(inner) => inner.clone(),
         None => table,
     };
+    ensure!(
+        !keyed.is_empty(),
+        "{} has no bound; write for example `miou = \">= 0.6\"`",
+        path.display()
+    );
     let mut entries = Vec::new();
     for (key, value) in &keyed {
         let bound = value.as_str().with_context(|| {
