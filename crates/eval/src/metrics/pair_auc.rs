@@ -31,9 +31,11 @@ fn pair_auc(shape: &ScoredShape<'_>) -> Option<f64> {
         .map(|number| labeled[number * labeled.len() / n_compared])
         .collect();
 
-    let n_parts = compared.iter().filter_map(|&token| parts[token]).max()? + 1;
+    let parts: Vec<Option<usize>> = compared.iter().map(|&token| parts[token]).collect();
+    let n_parts = parts.iter().copied().flatten().max()? + 1;
+    let cosines = PairCosines::new(shape.embeddings, &compared);
     let of_parts: Vec<f64> = (0..n_parts)
-        .filter_map(|part| auc_of_part(shape.embeddings, &compared, &parts, part))
+        .filter_map(|part| auc_of_part(&cosines, &parts, part))
         .collect();
     if of_parts.is_empty() {
         return None;
@@ -53,42 +55,62 @@ fn part_of_token(shape: &ScoredShape<'_>) -> Option<Vec<Option<usize>>> {
     Some(parts)
 }
 
-/// The AUC of one part. Returns `None` if it has no pair of tokens, or if there is no token outside of it.
-fn auc_of_part(
-    embeddings: &Embeddings,
-    compared: &[usize],
-    parts: &[Option<usize>],
-    part: usize,
-) -> Option<f64> {
-    let (inside, outside): (Vec<usize>, Vec<usize>) = compared
-        .iter()
-        .partition(|&&token| parts[token] == Some(part));
+/// The AUC of one part. `parts` has the part of each compared token. Returns `None` if the part has no pair of tokens, or if there is
+/// no token outside of it.
+fn auc_of_part(cosines: &PairCosines, parts: &[Option<usize>], part: usize) -> Option<f64> {
+    let (inside, outside): (Vec<usize>, Vec<usize>) =
+        (0..parts.len()).partition(|&number| parts[number] == Some(part));
     // The cosine of each pair, and whether both tokens are of the part.
     let mut pairs: Vec<(f64, bool)> = Vec::new();
-    for (number, &token) in inside.iter().enumerate() {
+    for (number, &one) in inside.iter().enumerate() {
         let own = inside[number + 1..].iter().map(|&other| (other, true));
         let others = outside.iter().map(|&other| (other, false));
-        let cosines = own
-            .chain(others)
-            .map(|(other, is_own)| (cosine(embeddings.row(token), embeddings.row(other)), is_own));
-        pairs.extend(cosines);
+        let of_pairs = own.chain(others);
+        pairs.extend(of_pairs.map(|(other, is_own)| (cosines.of(one, other), is_own)));
     }
     area_under_curve(pairs)
 }
 
-fn cosine(a: &[f32], b: &[f32]) -> f64 {
-    let dot = |a: &[f32], b: &[f32]| -> f64 {
-        a.iter()
-            .zip(b)
-            .map(|(&x, &y)| f64::from(x) * f64::from(y))
-            .sum()
-    };
-    let lengths = (dot(a, a) * dot(b, b)).sqrt();
-    if lengths > 0.0 {
-        dot(a, b) / lengths
-    } else {
-        0.0
+/// The cosine of each two compared tokens.
+struct PairCosines {
+    n: usize,
+    /// `[token, token]`, symmetric.
+    of_pair: Vec<f64>,
+}
+
+impl PairCosines {
+    /// A row of zeros has the cosine 0 with every row.
+    fn new(embeddings: &Embeddings, compared: &[usize]) -> Self {
+        let n = compared.len();
+        let rows: Vec<&[f32]> = compared
+            .iter()
+            .map(|&token| embeddings.row(token))
+            .collect();
+        let squares: Vec<f64> = rows.iter().map(|row| dot(row, row)).collect();
+        let mut of_pair = vec![0.0; n * n];
+        for one in 0..n {
+            for other in one + 1..n {
+                let lengths = (squares[one] * squares[other]).sqrt();
+                if lengths > 0.0 {
+                    let cosine = dot(rows[one], rows[other]) / lengths;
+                    of_pair[one * n + other] = cosine;
+                    of_pair[other * n + one] = cosine;
+                }
+            }
+        }
+        Self { n, of_pair }
     }
+
+    fn of(&self, one: usize, other: usize) -> f64 {
+        self.of_pair[one * self.n + other]
+    }
+}
+
+fn dot(a: &[f32], b: &[f32]) -> f64 {
+    a.iter()
+        .zip(b)
+        .map(|(&x, &y)| f64::from(x) * f64::from(y))
+        .sum()
 }
 
 /// The probability that a positive value is above a negative one; equal values count half (Mann and Whitney 1947).
