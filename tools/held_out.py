@@ -1,4 +1,4 @@
-"""Scores the backbones of docs/studies/sources.md on all solids of the collections that they have not seen.
+"""Scores the backbones of docs/studies/sources.md on all solids that they have not seen.
 
     held_out.py AAGNET FOLDER OUT --partprobe PROGRAM
 
@@ -19,7 +19,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[1]
 GROUPS = ("abc", "assemblies", "conformance", "electronics", "fusion", "mechanical")
 CONFIG = ROOT / "configs/label-sources.toml"
 MANIFEST = ROOT / "docs/studies/sources/manifest.jsonl"
-ENDPOINT = "all-held-out"
+ENDPOINTS = ("unseen-collections", "unseen-files")
 # Only the endpoint is read here, so the test shapes of the run are scored against one reference, with few restarts.
 QUICK = ('compare.references=["step-parts"]', "compare.primary=[]", "compare.score_against_supervisions=false", "eval.restarts=3")
 
@@ -29,13 +29,23 @@ def collection(name):
     return name.split("__")[0]
 
 
+def step_files(folder):
+    """The files of all groups, relative to their folder."""
+    return [path.relative_to(folder) for group in GROUPS for path in sorted((folder / group).rglob("*")) if path.is_file()]
+
+
 def unseen_files(folder):
-    """The STEP files of all collections that have no shape on the training or the validation side of the manifest."""
+    """The STEP files that have no shape on the training or the validation side of the manifest: those of collections without such a shape,
+    and those that are such files themselves."""
     lines = map(json.loads, MANIFEST.read_text().splitlines())
-    # An id begins with its group.
-    seen = {collection(line["id"].split("__", 1)[1]) for line in lines if line["side"] != "test"}
-    files = (path for group in GROUPS for path in sorted((folder / group).rglob("*")) if path.is_file())
-    return [path.relative_to(folder) for path in files if collection(path.name) not in seen]
+    # An id is `group__owner+repository__part__s4`: the group, the name of the file, and the number of the solid.
+    seen = {line["id"].rsplit("__s", 1)[0] for line in lines if line["side"] != "test"}
+    seen_collections = {collection(name.split("__", 1)[1]) for name in seen}
+    files = step_files(folder)
+    return {
+        "unseen-collections": [path for path in files if collection(path.name) not in seen_collections],
+        "unseen-files": [path for path in files if f"{path.parts[0]}__{path.stem}" not in seen],
+    }
 
 
 class Study:
@@ -56,11 +66,12 @@ class Study:
         if not (self.out / name / "index.jsonl").exists():
             self.call("label", *inputs, "--unit", "solid", "--out", self.out / name, "--quiet")
 
-    def label_held_out(self):
-        # The name of the list becomes part of the ids, on which the points depend.
-        paths = self.out / "held.txt"
-        paths.write_text("".join(f"{path}\n" for path in unseen_files(self.folder)))
-        self.label("held-out", "--list", paths)
+    def label_unseen(self):
+        for name, files in unseen_files(self.folder).items():
+            # The name of the list becomes part of the ids, on which the points depend.
+            paths = self.out / f"{name}.txt"
+            paths.write_text("".join(f"{path}\n" for path in files))
+            self.label(name, "--list", paths)
 
     def train(self):
         run = self.out / "run"
@@ -70,13 +81,26 @@ class Study:
         return run
 
     def score(self, run):
-        place = run / "endpoints" / ENDPOINT
-        if not (place / "tables.json").exists():
-            endpoint = {"name": ENDPOINT, "data": str(self.out / "held-out"), "shapes": "all", "min_parts": 2, "max_parts": 20}
-            table = ", ".join(f"{key} = {json.dumps(value)}" for key, value in endpoint.items())
-            settings = (*QUICK, f"endpoints=[{{ {table} }}]")
-            self.call("eval", run, "--jobs", "1", *self.aagnet, *(word for setting in settings for word in ("--set", setting)))
-        return place
+        if all((run / "endpoints" / name / "tables.json").exists() for name in ENDPOINTS):
+            return
+        of_all = {"shapes": "all", "min_parts": 2, "max_parts": 20}
+        tables = ({"name": name, "data": str(self.out / name), **of_all} for name in ENDPOINTS)
+        texts = ("{ " + ", ".join(f"{key} = {json.dumps(value)}" for key, value in table.items()) + " }" for table in tables)
+        settings = (*QUICK, f"endpoints=[{', '.join(texts)}]")
+        self.call("eval", run, "--jobs", "1", *self.aagnet, *(word for setting in settings for word in ("--set", setting)))
+
+
+def print_tables(place):
+    """Prints which shapes take part, and the first table of each clusterer. Further scores, and the rows A/A, are in the folder."""
+    paragraphs = (place / "tables.md").read_text().split("\n\n")
+    print(f"**{place.name}**: {paragraphs[1]}")
+    # Each table has its sentence before it.
+    for sentence, table in zip(paragraphs, paragraphs[1:], strict=False):
+        if sentence.startswith("Scored against"):
+            rows = [row for row in table.splitlines() if not row.startswith("| A/A")]
+            print(f"\n{sentence}\n\n" + "\n".join(rows))
+        if table.startswith("Means are over"):
+            print(f"\n{table}\n")
 
 
 def main():
@@ -89,17 +113,11 @@ def main():
 
     study = Study(arguments)
     study.label("solids", *GROUPS)
-    study.label_held_out()
-    tables = (study.score(study.train()) / "tables.md").read_text()
-    # Each table has its sentence before it. Further scores, and the rows A/A, are in the folder of the endpoint.
-    paragraphs = tables.split("\n\n")
-    print(paragraphs[1])
-    for sentence, table in zip(paragraphs, paragraphs[1:], strict=False):
-        if sentence.startswith("Scored against"):
-            rows = [row for row in table.splitlines() if not row.startswith("| A/A")]
-            print(f"\n{sentence}\n\n" + "\n".join(rows))
-        if table.startswith("Means are over"):
-            print(f"\n{table}")
+    study.label_unseen()
+    run = study.train()
+    study.score(run)
+    for name in ENDPOINTS:
+        print_tables(run / "endpoints" / name)
     return 0
 
 
