@@ -1422,7 +1422,7 @@ fn output_that_cannot_be_written_ends_with_1_and_leaves_no_mark_of_completion() 
             "blocked/embedded",
         ],
         1,
-        "making blocked/embedded",
+        "making the folder blocked/embedded",
     );
     fs::remove_dir_all(fixture.path("run/predictions")).unwrap();
     fs::write(fixture.path("run/predictions"), "").unwrap();
