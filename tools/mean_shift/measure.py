@@ -9,6 +9,7 @@ shapes is above 0.2 s.
 """
 
 import json
+import os
 import pathlib
 import statistics
 import subprocess
@@ -24,7 +25,8 @@ def measured(program, rows):
     with tempfile.NamedTemporaryFile(suffix=".f32") as file:
         rows.astype("<f4").tofile(file.name)
         command = [program, file.name, str(rows.shape[1])]
-        return json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
+        one_thread = {**os.environ, "RAYON_NUM_THREADS": "1"}
+        return json.loads(subprocess.run(command, check=True, capture_output=True, text=True, env=one_thread).stdout)
 
 
 def main():
