@@ -37,23 +37,34 @@ impl ExportFolder {
             root: root.to_owned(),
             _lock: lock,
         };
-        folder.remove_scratch()?;
-        match replace {
-            Replace::Export(known) => ensure_replaceable(root, inputs, known)?,
-            Replace::Nothing => ensure!(
-                is_empty(root)?,
-                UsageError(format!(
+        if !folder.is_empty()? {
+            match replace {
+                Replace::Export(known) => ensure_replaceable(root, inputs, known)?,
+                Replace::Nothing => bail!(UsageError(format!(
                     "{} is not empty; choose another --out, or replace an earlier export with --force",
                     root.display()
-                ))
-            ),
+                ))),
+            }
         }
+        folder.remove_scratch()?;
         Ok(folder)
     }
 
     /// Removes the former export, and keeps the files that were labeled for the new one.
     pub(super) fn clear(&self) -> Result<()> {
         remove_content(&self.root, Some(&self.scratch()))
+    }
+
+    /// Whether it has nothing but what a program that was killed has labeled on the way.
+    fn is_empty(&self) -> Result<bool> {
+        let scratch = self.scratch();
+        let reading = || format!("reading {}", self.root.display());
+        for entry in fs::read_dir(&self.root).with_context(reading)? {
+            if entry.with_context(reading)?.path() != scratch {
+                return Ok(false);
+            }
+        }
+        Ok(true)
     }
 
     /// Removes what a program that was killed has labeled on the way.
@@ -76,8 +87,8 @@ impl ExportFolder {
             root: root.to_owned(),
             _lock: FolderLock::take(root, "exporting into")?,
         };
-        folder.remove_scratch()?;
-        if is_empty(root)? {
+        if folder.is_empty()? {
+            folder.remove_scratch()?;
             folder.write_settings(format, settings)?;
             return Ok(folder);
         }
@@ -99,6 +110,7 @@ impl ExportFolder {
                 listed(&differences(&found, &wanted))
             ))
         );
+        folder.remove_scratch()?;
         Ok(folder)
     }
 
@@ -148,12 +160,6 @@ fn settings_document(format: &str, settings: &Value) -> Value {
     })
 }
 
-fn is_empty(folder: &Path) -> Result<bool> {
-    let mut entries =
-        fs::read_dir(folder).with_context(|| format!("reading {}", folder.display()))?;
-    Ok(entries.next().is_none())
-}
-
 /// The content of a folder that may be replaced.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Replace {
@@ -168,9 +174,6 @@ fn ensure_replaceable(root: &Path, inputs: &[PathBuf], known: &[Outputs]) -> Res
     let root = &root
         .canonicalize()
         .with_context(|| root.display().to_string())?;
-    if is_empty(root)? {
-        return Ok(());
-    }
     let inside = |path: &&PathBuf| path.canonicalize().is_ok_and(|path| path.starts_with(root));
     if let Some(path) = inputs.iter().find(inside) {
         bail!(UsageError(format!(
