@@ -2,21 +2,20 @@
 
     held_out.py AAGNET FOLDER OUT --partprobe PROGRAM
 
-The study of five sources scores a solid only if each source has two labels for it. AAGNet has none for some files, and one label for many
-solids with few parts, so few test shapes have 2 to 4 parts. Here every solid with 2 to 20 STEP parts counts that is in a collection
-without a training or validation shape. AAGNET holds the labels that AAGNet gives to the faces. FOLDER holds the groups of STEP files:
-abc, assemblies, conformance, electronics, fusion and mechanical. OUT gets the data sets and the run; those that are there already are not
-made again. Prints Markdown: which solids take part, and the tables against `step-parts`.
+A study scores a solid only if each source has two labels for it. AAGNet has none for some files, and one label for many solids with few parts,
+so few test shapes have 2 to 4 parts. Here every solid with 2 to 20 STEP parts counts that is in a collection, or at least in a file, without
+a training or validation shape. AAGNET has the labels that AAGNet gives to the faces. FOLDER has the groups of STEP files: abc, assemblies,
+conformance, electronics, fusion and mechanical. OUT gets the data sets and the run; those that are there already are not made again. Prints
+Markdown: which solids take part, and the tables against `step-parts`.
 """
 
 import argparse
 import json
 import pathlib
-import subprocess
 import sys
 
-ROOT = pathlib.Path(__file__).resolve().parents[1]
-GROUPS = ("abc", "assemblies", "conformance", "electronics", "fusion", "mechanical")
+from pair import GROUPS, ROOT, call
+
 MANIFEST = ROOT / "docs/studies/sources/manifest.jsonl"
 ENDPOINTS = ("unseen-collections", "unseen-files")
 # Only the endpoint is read here, so the test shapes of the run are scored against one reference, with few restarts.
@@ -54,16 +53,10 @@ class Study:
         self.endpoints = (arguments.only,) if arguments.only else ENDPOINTS
         # A layer behind the network means a second clustering.
         self.settings = (*QUICK, "net.refine=none") if arguments.only else QUICK
-        self.aagnet = ("--set", f"sources.aagnet.path={arguments.aagnet}")
+        self.aagnet = f"sources.aagnet.path={arguments.aagnet}"
 
-    def call(self, verb, *words):
-        command = [str(word) for word in (self.program, verb, *words)]
-        # The names of the groups become part of the ids.
-        folder = self.folder if verb == "label" else ROOT
-        result = subprocess.run(command, cwd=folder, stdout=subprocess.DEVNULL)
-        # Files that cannot be read do not stop the study.
-        if result.returncode not in ((0, 1) if verb == "label" else (0,)):
-            raise SystemExit(f"{verb} ended with {result.returncode}")
+    def call(self, verb, *words, settings=()):
+        call(self.program, self.folder, verb, *words, settings=settings)
 
     def label(self, name, *inputs):
         if not (self.out / name / "index.jsonl").exists():
@@ -80,7 +73,7 @@ class Study:
         run = self.out / "run"
         if not (run / "report.html").exists():
             resume = ["--resume"] if run.exists() else []
-            self.call("run", self.config, "--data", self.out / "solids", "--jobs", "1", "--out", run, *resume, *self.aagnet)
+            self.call("run", self.config, "--data", self.out / "solids", "--jobs", "1", "--out", run, *resume, settings=(self.aagnet,))
         return run
 
     def score(self, run):
@@ -89,8 +82,8 @@ class Study:
         of_all = {"shapes": "all", "min_parts": 2, "max_parts": 20}
         tables = ({"name": name, "data": str(self.out / name), **of_all} for name in self.endpoints)
         texts = ("{ " + ", ".join(f"{key} = {json.dumps(value)}" for key, value in table.items()) + " }" for table in tables)
-        settings = (*self.settings, f"endpoints=[{', '.join(texts)}]")
-        self.call("eval", run, "--jobs", "1", *self.aagnet, *(word for setting in settings for word in ("--set", setting)))
+        settings = (self.aagnet, *self.settings, f"endpoints=[{', '.join(texts)}]")
+        self.call("eval", run, "--jobs", "1", settings=settings)
 
 
 def print_tables(place):
@@ -111,7 +104,7 @@ def print_tables(place):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--config", default="label-sources", help="the experiment in configs/ whose backbones are scored")
-    parser.add_argument("--only", choices=ENDPOINTS, help="score only these solids, and only by k-means, in a quarter of the time")
+    parser.add_argument("--only", choices=ENDPOINTS, help="score only these solids, and only by k-means, which takes less time")
     for name in ("aagnet", "folder", "out"):
         parser.add_argument(name, type=lambda path: pathlib.Path(path).resolve())
     parser.add_argument("--partprobe", type=lambda path: pathlib.Path(path).resolve(), default="target/release/partprobe")

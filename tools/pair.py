@@ -58,6 +58,17 @@ def endpoints(out):
     return f"endpoints=[{toml}]"
 
 
+def call(program, groups, verb, *words, settings=()):
+    """Runs a verb of the program. `groups` is the folder of the groups of STEP files."""
+    command = [program, verb, *words, *(word for setting in settings for word in ("--set", setting))]
+    # The names of the groups become part of the ids, and a config names its manifest from the root of the repository.
+    folder = groups if verb == "label" else ROOT
+    result = subprocess.run([str(word) for word in command], cwd=folder, stdout=subprocess.DEVNULL)
+    # Label files that cannot be read do not stop the study.
+    if result.returncode not in ((0, 1) if verb == "label" else (0,)):
+        raise SystemExit(f"{verb} ended with {result.returncode}")
+
+
 class Study:
     def __init__(self, arguments):
         self.program, self.out, self.groups = arguments.partprobe, arguments.out, arguments.folder
@@ -68,13 +79,7 @@ class Study:
         )
 
     def call(self, verb, *words, settings=()):
-        command = [self.program, verb, *words, *(word for setting in settings for word in ("--set", setting))]
-        # The names of the groups become part of the ids, and the config names the manifest from the root of the repository.
-        folder = self.groups if verb == "label" else ROOT
-        result = subprocess.run([str(word) for word in command], cwd=folder, stdout=subprocess.DEVNULL)
-        # Label files that cannot be read do not stop the study.
-        if result.returncode not in ((0, 1) if verb == "label" else (0,)):
-            raise SystemExit(f"{verb} ended with {result.returncode}")
+        call(self.program, self.groups, verb, *words, settings=settings)
 
     def label(self):
         for name, (groups, settings) in DATASETS.items():

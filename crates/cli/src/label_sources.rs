@@ -1,12 +1,12 @@
 //! Finds label sources by name: the built-in ones, and those of the config's `[sources.NAME]` tables.
 
-use crate::config::Config;
+use crate::config::{Config, ResolvedSource};
 use crate::disk_files::DiskFiles;
 use crate::source_types::open_source;
 use crate::usage::{UsageError, as_usage_error};
 use anyhow::{Context, Result, ensure};
 use partprobe_imports::ImportedSource;
-use partprobe_sources::{BoxedSource, SOURCES, SourceContext, SourceControl, source_among};
+use partprobe_sources::BoxedSource;
 use std::sync::Arc;
 
 /// The source with this name.
@@ -14,18 +14,17 @@ use std::sync::Arc;
 /// # Errors
 /// If no source has the name, the number at its end is not possible, or its label files cannot be read.
 pub(crate) fn source_named(config: &Config, name: &str) -> Result<BoxedSource> {
-    if let Some(table) = config.sources.get(name) {
-        let context = table.context().with_files(Arc::new(DiskFiles));
-        let import = open_source(&table.import_type, context);
-        let import = import.with_context(|| format!("label source `{name}`"))?;
-        return Ok(Box::new(ImportedSource::new(name, import)));
-    }
-    let built_in = source_among(SOURCES, name, &SourceContext::default());
-    // A control may be based on a source that is only in the config.
-    match (built_in, SourceControl::of_name(name)) {
-        (Ok(source), _) => Ok(source),
-        (Err(_), Some((control, other))) => Ok(control.of(source_named(config, other)?)),
-        (Err(error), None) => Err(config.unknown_source(error)),
+    match config.resolved_source(name)? {
+        ResolvedSource::Imported(table) => {
+            let context = table.context().with_files(Arc::new(DiskFiles));
+            let import = open_source(&table.import_type, context);
+            let import = import.with_context(|| format!("label source `{name}`"))?;
+            Ok(Box::new(ImportedSource::new(name, import)))
+        }
+        ResolvedSource::BuiltIn(source) => Ok(source),
+        ResolvedSource::Control(control, followed) => {
+            Ok(control.of(source_named(config, followed)?))
+        }
     }
 }
 

@@ -68,6 +68,38 @@ fn shapes_are_divided_and_other_verbs_read_the_labels() {
     predict("again", &["--resume"]);
     assert_eq!(files, contents(&fixture.path("again")));
     assert_eq!(modified(), before);
+    // Carriers that were labeled in another way are divided again: they have other labels, and may have another number of parts.
+    let label = |out: &str| {
+        let fixed = [
+            "label",
+            "first/data/step",
+            "--out",
+            out,
+            "--set",
+            "label.theta_deg=40",
+        ];
+        assert_code(&fixture.program(&fixed), 0);
+    };
+    label("wide");
+    let predict_wide = |out: &str, more: &[&str]| {
+        let fixed = [
+            "predict",
+            "first",
+            "wide",
+            "--k",
+            "step-parts",
+            "--out",
+            out,
+        ];
+        assert_code(&fixture.program(&[&fixed[..], more].concat()), 0);
+    };
+    predict_wide("fresh", &[]);
+    predict_wide("resumed", &[]);
+    let fresh = contents(&fixture.path("fresh"));
+    predict("resumed", &["--resume"]);
+    assert_ne!(contents(&fixture.path("resumed")), fresh);
+    predict_wide("resumed", &["--resume"]);
+    assert_eq!(contents(&fixture.path("resumed")), fresh);
     // Files of other settings are not mixed.
     let refused = [
         "predict", "first", data, "--k", "3", "--out", "again", "--resume",

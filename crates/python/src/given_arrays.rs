@@ -1,9 +1,10 @@
 //! Reads arrays from the caller: lists, NumPy arrays, or tensors in CPU memory.
 
 use crate::errors::usage;
-use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
+use numpy::{Element, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use std::fmt::Display;
 
 /// A vector of integers of any type.
 ///
@@ -11,11 +12,25 @@ use pyo3::types::PyDict;
 /// `UsageError` with the name if it is not such a vector, or a number does not fit in 32 bits.
 pub(crate) fn labels(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Vec<i32>> {
     let array = of_kind(name, given, "iu", 1, "whole numbers")?;
-    refuse_large(name, &array)?;
-    let array = converted(&array, "int64")?;
-    let wide: PyReadonlyArray1<'_, i64> = array.extract()?;
-    let narrowed = |&label: &i64| {
-        i32::try_from(label).map_err(|_| usage(format!("{name}: {label} does not fit in 32 bits")))
+    let kind: String = array.getattr("dtype")?.getattr("kind")?.extract()?;
+    // The sign bit of one type is the highest bit of the other.
+    if kind == "u" {
+        narrowed::<u64>(name, &converted(&array, "uint64")?)
+    } else {
+        narrowed::<i64>(name, &converted(&array, "int64")?)
+    }
+}
+
+/// The numbers of a vector of this type, if each fits in 32 bits.
+fn narrowed<T: Element + Copy + TryInto<i32> + Display>(
+    name: &str,
+    array: &Bound<'_, PyAny>,
+) -> PyResult<Vec<i32>> {
+    let wide: PyReadonlyArray1<'_, T> = array.extract()?;
+    let narrowed = |&label: &T| {
+        label
+            .try_into()
+            .map_err(|_| usage(format!("{name}: {label} does not fit in 32 bits")))
     };
     wide.as_array().iter().map(narrowed).collect()
 }
@@ -84,19 +99,6 @@ fn of_kind<'py>(
         )));
     }
     Ok(array)
-}
-
-/// Refuses numbers that 64 bits with a sign do not hold: the conversion would make negative ones of them.
-fn refuse_large(name: &str, array: &Bound<'_, PyAny>) -> PyResult<()> {
-    let Ok(unsigned) = array.extract::<PyReadonlyArray1<'_, u64>>() else {
-        return Ok(());
-    };
-    match unsigned.as_array().iter().max() {
-        Some(&largest) if i64::try_from(largest).is_err() => {
-            Err(usage(format!("{name}: {largest} does not fit in 32 bits")))
-        }
-        _ => Ok(()),
-    }
 }
 
 fn converted<'py>(array: &Bound<'py, PyAny>, dtype: &str) -> PyResult<Bound<'py, PyAny>> {

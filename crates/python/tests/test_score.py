@@ -53,6 +53,7 @@ class Scores(unittest.TestCase):
         self.check_refused("did you mean `k-means`?", [0], embedding=[[0.5]], clusterer="kmeans")
         self.check_refused("does not fit in 32 bits", [2**40], predicted=[0])
         self.check_refused("does not fit in 32 bits", np.array([2**64 - 1], np.uint64), predicted=[0])
+        self.check_refused("does not fit in 32 bits", np.array([2**64 - 1], ">u8"), predicted=[0])
         self.check_refused("did you mean `k-means`?", [0], predicted=[0], clusterer="kmeans")
         self.check_refused("a seed must be from 0 to", [0], predicted=[0], seed=-1)
 

@@ -38,4 +38,5 @@ pub(crate) use settings::{
     Attribute, Config, DataSource, Emit, EvalConfig, Keep, LabelConfig, NormalConfig, SampleConfig,
     SelectConfig, SplitConfig, SynthConfig,
 };
+pub(crate) use source_names::ResolvedSource;
 pub(crate) use source_table::{FOREIGN_SUPERVISION, SourceTable};

@@ -6,7 +6,7 @@ use crate::dataset_settings::DatasetSettings;
 use crate::folder_lock::FolderLock;
 use crate::interrupt;
 use crate::label::{Shard, Summary};
-use crate::output_folder::{ensure_empty, make_folder, remove_content};
+use crate::output_folder::{make_folder, remove_content};
 use crate::progress::Progress;
 use crate::stdout::print_line;
 use crate::usage::UsageError;
@@ -53,10 +53,8 @@ pub(crate) fn merge(args: &MergeArgs) -> Result<()> {
     if !args.quick {
         shares.iter().try_for_each(Share::ensure_undamaged)?;
     }
-    ensure_empty(&args.out)?;
     interrupt::end_at_once()?;
-    make_folder(&args.out)?;
-    let _lock = FolderLock::take(&args.out, "merging into")?;
+    let _lock = FolderLock::take_empty(&args.out, "merging into")?;
 
     let joined = joined(&shares, &settings, &args.out);
     let summary = joined.inspect_err(|_| {

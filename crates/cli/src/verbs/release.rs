@@ -6,7 +6,6 @@ use crate::dataset_settings::{DatasetSettings, settings_sha256};
 use crate::folder_lock::FolderLock;
 use crate::interrupt;
 use crate::label::ReasonCounts;
-use crate::output_folder::{ensure_empty, make_folder};
 use crate::program_version::COMMIT;
 use crate::progress::Progress;
 use crate::stderr;
@@ -72,10 +71,8 @@ pub(crate) struct ReleaseArgs {
 pub(crate) fn release(args: &ReleaseArgs) -> Result<()> {
     let settings = DatasetSettings::read(&args.dataset)?;
     let dataset = Dataset::open(&args.dataset)?;
-    ensure_empty(&args.out)?;
     interrupt::end_at_once()?;
-    make_folder(&args.out)?;
-    let _lock = FolderLock::take(&args.out, "releasing into")?;
+    let _lock = FolderLock::take_empty(&args.out, "releasing into")?;
 
     let label = serde_json::to_value(&settings.label)?;
     let is_further = |name: &&String| ![STEP_PARTS, STEP_PARTS_RAW].contains(&name.as_str());

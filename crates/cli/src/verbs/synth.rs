@@ -3,7 +3,7 @@
 use crate::config::{SynthConfig, by_flag, load};
 use crate::folder_lock::FolderLock;
 use crate::interrupt;
-use crate::output_folder::{ensure_empty, make_folder};
+use crate::output_folder::make_folder;
 use crate::progress::Progress;
 use crate::stdout::print_line;
 use anyhow::Result;
@@ -57,9 +57,7 @@ pub(crate) fn synth(args: &SynthArgs) -> Result<()> {
     }
     let loaded = load(&args.config, &overrides)?;
     interrupt::end_at_once()?;
-    make_folder(&args.out)?;
-    let _lock = FolderLock::take(&args.out, "generating parts in")?;
-    ensure_empty(&args.out)?;
+    let _lock = FolderLock::take_empty(&args.out, "generating parts in")?;
     write_parts(&args.out, &loaded.config.synth, &Progress::on_terminal())?;
     print_line(format_args!(
         "{} STEP files in {}",

@@ -25,7 +25,8 @@ use classes::FaceClasses;
 use partprobe_dataset::{Dataset, json_lines};
 use partprobe_eval::tables;
 use partprobe_net::Model;
-use shapes::EndpointData;
+use shapes::{EndpointData, KnownShapes};
+use std::cell::OnceCell;
 
 /// The tables of the endpoints as text, and the first reason why one could not be scored.
 #[derive(Default)]
@@ -54,9 +55,10 @@ impl Run<'_> {
     /// If the run is interrupted.
     pub(crate) fn evaluate_endpoints(&self) -> Result<EndpointTables> {
         let mut tables = EndpointTables::default();
+        let known = OnceCell::new();
         for endpoint in &self.config.endpoints {
             let scored = self
-                .evaluate_endpoint(endpoint)
+                .evaluate_endpoint(endpoint, &known)
                 .with_context(|| format!("endpoint `{}`", endpoint.name));
             match scored {
                 Ok(text) => tables.scored.push(text),
@@ -71,9 +73,13 @@ impl Run<'_> {
         Ok(tables)
     }
 
-    fn evaluate_endpoint(&self, endpoint: &EndpointConfig) -> Result<String> {
+    fn evaluate_endpoint(
+        &self,
+        endpoint: &EndpointConfig,
+        known: &OnceCell<KnownShapes>,
+    ) -> Result<String> {
         let config = config_of(self.config, endpoint)?;
-        let data = EndpointData::load(endpoint, &config, self)?;
+        let data = EndpointData::load(endpoint, &config, self, known)?;
         let progress = &self.execution.progress;
         progress.note(&format!("endpoint {}: {}", endpoint.name, data.summary));
         let shapes: Vec<&Shape> = data.shapes.iter().collect();

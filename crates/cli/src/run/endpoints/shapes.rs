@@ -14,6 +14,7 @@ use partprobe_dataset::{Dataset, IndexEntry};
 use partprobe_eval::{DistinctShapes, Duplicate, NearShape, SplitCandidate, seeded_rank};
 use rayon::prelude::*;
 use sha2::{Digest, Sha256};
+use std::cell::OnceCell;
 use std::collections::BTreeMap;
 
 /// The reason why a shape is left out that the backbones nearly know.
@@ -33,11 +34,16 @@ pub(super) struct EndpointData {
 }
 
 impl EndpointData {
-    /// Loads the shapes. `config` is that of the endpoint.
+    /// Loads the shapes. `config` is that of the endpoint. `known` is filled by the first endpoint that needs it.
     ///
     /// # Errors
     /// If a data set cannot be read, or no shape is left.
-    pub(super) fn load(endpoint: &EndpointConfig, config: &Config, run: &Run<'_>) -> Result<Self> {
+    pub(super) fn load(
+        endpoint: &EndpointConfig,
+        config: &Config,
+        run: &Run<'_>,
+        known: &OnceCell<KnownShapes>,
+    ) -> Result<Self> {
         let references = if endpoint.references.is_empty() {
             config.references()
         } else {
@@ -55,7 +61,16 @@ impl EndpointData {
                 let (shapes, mut selection) = loaded(&loader, requested, &test, progress)?;
                 let shapes = match endpoint.shapes {
                     EndpointShapes::Test => shapes,
-                    EndpointShapes::All => independent(shapes, &known_shapes(run)?, &mut selection),
+                    EndpointShapes::All => {
+                        let known = match known.get() {
+                            Some(known) => known,
+                            None => {
+                                let read = KnownShapes::of(run)?;
+                                known.get_or_init(|| read)
+                            }
+                        };
+                        independent(shapes, known, &mut selection)
+                    }
                 };
                 (shapes, selection)
             }
@@ -167,38 +182,56 @@ fn loaded(
     Ok((shapes, selection))
 }
 
-/// The training and validation shapes of a run, and the difference up to which another shape is nearly equal to one of them.
-struct KnownShapes {
-    shapes: Vec<Shape>,
+/// The training and validation shapes of a run, with which shapes of other data sets are compared.
+pub(super) struct KnownShapes {
+    shapes: Vec<SplitCandidate>,
+    /// A shape that differs by at most this from one of them is nearly equal to it. 0 allows none to be.
     near_difference: f64,
 }
 
-/// Reads the training and validation shapes, unless no difference is too small.
-fn known_shapes(run: &Run<'_>) -> Result<KnownShapes> {
-    let near_difference = run.config.split.near_difference;
-    let mut shapes = Vec::new();
-    if near_difference > 0.0 {
-        // Neither their labels nor their points are needed.
-        let loader = ShapeLoader::new(run.dataset, run.config, Points::Redrawn)?.with_sources(&[]);
+impl KnownShapes {
+    /// The shapes of a run. They are read from its data set if only its test shapes are in memory.
+    ///
+    /// # Errors
+    /// If one of them cannot be read, or is not the one of the split.
+    pub(super) fn of(run: &Run<'_>) -> Result<Self> {
+        let near_difference = run.config.split.near_difference;
         let file = &run.data.split_file;
-        let ids = file.split.train.iter().chain(&file.split.valid);
-        (shapes, _) = file.load(&loader, ids, &run.execution.progress)?;
+        let ids = || file.split.train.iter().chain(&file.split.valid);
+        let in_memory = || {
+            let shape = |id: &String| run.data.shapes.get(id);
+            ids().map(|id| Some(shape(id)?.candidate.clone())).collect()
+        };
+        let shapes = if near_difference == 0.0 {
+            Vec::new()
+        } else if let Some(shapes) = in_memory() {
+            shapes
+        } else {
+            // Neither their labels nor their points are needed.
+            let loader =
+                ShapeLoader::new(run.dataset, run.config, Points::Redrawn)?.with_sources(&[]);
+            let (shapes, _) = file.load(&loader, ids(), &run.execution.progress)?;
+            shapes.into_iter().map(|shape| shape.candidate).collect()
+        };
+        Ok(Self {
+            shapes,
+            near_difference,
+        })
     }
-    Ok(KnownShapes {
-        shapes,
-        near_difference,
-    })
+
+    fn has_one_near(&self, shape: &Shape) -> bool {
+        let others: Vec<&SplitCandidate> = self.shapes.iter().collect();
+        NearShape::nearest(&shape.candidate, &others)
+            .is_some_and(|near| near.difference <= self.near_difference)
+    }
 }
 
 /// The shapes that are not nearly equal to a known one, and differ from each other.
 fn independent(shapes: Vec<Shape>, known: &KnownShapes, selection: &mut Selection) -> Vec<Shape> {
-    let candidates: Vec<&SplitCandidate> =
-        known.shapes.iter().map(|shape| &shape.candidate).collect();
-    let is_near = |shape: &Shape| {
-        NearShape::nearest(&shape.candidate, &candidates)
-            .is_some_and(|near| near.difference <= known.near_difference)
-    };
-    let are_near: Vec<bool> = shapes.par_iter().map(is_near).collect();
+    let are_near: Vec<bool> = shapes
+        .par_iter()
+        .map(|shape| known.has_one_near(shape))
+        .collect();
     let mut distinct = DistinctShapes::default();
     let mut kept = Vec::new();
     for (shape, is_near) in shapes.into_iter().zip(are_near) {

@@ -8,7 +8,7 @@ use crate::backbone::{Backbone, BackboneArgs, ensure_preparation};
 use crate::counted::counted;
 use crate::folder_lock::FolderLock;
 use crate::given_path::are_same_path;
-use crate::output_folder::{ensure_empty, make_folder};
+use crate::output_folder::make_folder;
 use crate::run::{Execution, ExecutionArgs};
 use crate::stdout::print_result;
 use anyhow::{Context, Result, bail, ensure};
@@ -72,11 +72,13 @@ pub(crate) fn embed(args: &EmbedArgs) -> Result<ExitCode> {
     let execution = Execution::new(&args.execution)?;
     ensure_preparation(&args.execution.set, &[])?;
     let backbone = args.backbone.open(&args.execution.set, execution.backend)?;
-    make_folder(&args.out)?;
-    let _lock = FolderLock::take(&args.out, "embedding into")?;
-    if !args.resume {
-        ensure_empty(&args.out)?;
-    }
+    let doing = "embedding into";
+    let _lock = if args.resume {
+        make_folder(&args.out)?;
+        FolderLock::take(&args.out, doing)?
+    } else {
+        FolderLock::take_empty(&args.out, doing)?
+    };
     let model = LibraryModel::of(&args.backbone, &args.execution.set, args.form)?;
     model.ensure_fits(&args.out)?;
     let inputs = Inputs::open(&args.paths, &backbone.config, &execution)?;

@@ -87,11 +87,16 @@ impl ExportFolder {
             root: root.to_owned(),
             _lock: FolderLock::take(root, "exporting into")?,
         };
-        if folder.is_empty()? {
-            folder.remove_scratch()?;
-            folder.write_settings(format, settings)?;
-            return Ok(folder);
+        if !folder.is_empty()? {
+            folder.ensure_settings(format, settings)?;
         }
+        folder.remove_scratch()?;
+        Ok(folder)
+    }
+
+    /// Refuses a folder that is not an export with these settings.
+    fn ensure_settings(&self, format: &str, settings: &Value) -> Result<()> {
+        let root = &self.root;
         let found = fs::read(root.join(SETTINGS_FILE)).unwrap_or_default();
         let found: Value = serde_json::from_slice(&found).unwrap_or_default();
         let wanted = settings_document(format, settings);
@@ -110,8 +115,7 @@ impl ExportFolder {
                 listed(&differences(&found, &wanted))
             ))
         );
-        folder.remove_scratch()?;
-        Ok(folder)
+        Ok(())
     }
 
     /// The folder for files that are labeled on the way, if there are any.
@@ -134,14 +138,9 @@ impl ExportFolder {
         self.write(Path::new(SETTINGS_FILE), &json_document(&document)?)
     }
 
-    /// Removes the settings and the folder, if no shape was found and nothing was written before.
+    /// Removes the folder if it is empty, because no shape was found.
     pub(super) fn abandon(&self) {
-        let n_files = fs::read_dir(&self.root).map_or(0, Iterator::count);
-        if n_files > 1 {
-            return;
-        }
         // A failed removal does no harm, because the original error is reported.
-        let _ = fs::remove_file(self.root.join(SETTINGS_FILE));
         let _ = fs::remove_dir(&self.root);
     }
 

@@ -9,7 +9,7 @@ use partprobe_carrier::{
 use std::collections::BTreeMap;
 
 /// The label layer in which predictions are stored.
-const LAYER: &str = "predicted";
+pub(super) const LAYER: &str = "predicted";
 
 /// The labels of the points of a sample, and of the triangles from which they were drawn.
 pub(super) struct PredictedLabels {

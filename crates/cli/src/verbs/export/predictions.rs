@@ -7,7 +7,7 @@ use super::batch::Files;
 use super::common_args::FolderArgs;
 use super::mesh_files::with_suffix;
 use super::outputs::Outputs;
-use super::predicted_labels::PredictedLabels;
+use super::predicted_labels::{LAYER, PredictedLabels};
 use super::session::ExportSession;
 use super::shape_line::ShapeLine;
 use crate::backbone::{Backbone, BackboneArgs, ensure_preparation};
@@ -20,11 +20,11 @@ use crate::usage::UsageError;
 use anyhow::{Result, ensure};
 use partprobe_carrier::{Carrier, ShapeKind};
 use partprobe_cluster::ClustererFactory;
-use partprobe_dataset::CarrierRef;
-use partprobe_formats::{Array, Compression, carrier_to_npz, integer_lines, mesh_hash};
+use partprobe_formats::{Array, Compression, carrier_from_npz, carrier_to_npz, integer_lines};
 use partprobe_net::Backend;
 use serde_json::json;
 use std::fmt;
+use std::fs;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
@@ -293,14 +293,22 @@ fn are_of(paths: &[PathBuf], out: &Path, carrier: &Carrier) -> bool {
     if paths.iter().any(|path| !out.join(path).is_file()) {
         return false;
     }
-    let Ok((made, _)) = CarrierRef::alone(&out.join(&paths[0])).read() else {
+    let Ok(bytes) = fs::read(out.join(&paths[0])) else {
         return false;
     };
-    let is_same_mesh = || mesh_hash(made.mesh()) == mesh_hash(carrier.mesh());
-    made.meta().id == carrier.meta().id
-        && made.meta().source_sha256 == carrier.meta().source_sha256
-        // The mesh of a shape without a B-Rep is made anew from its points and triangles.
-        && (carrier.kind() != ShapeKind::Brep || is_same_mesh())
+    let Ok(made) = carrier_from_npz(&bytes) else {
+        return false;
+    };
+    if carrier.kind() != ShapeKind::Brep {
+        // Its carrier is made anew from its points and triangles, which its file decides.
+        let [made, given] = [made.meta(), carrier.meta()];
+        return made.id == given.id && made.source_sha256 == given.source_sha256;
+    }
+    // The labels of the part rule count, too: they are in the file, and may be the number of parts.
+    let layer = made.layer(LAYER).cloned();
+    let again = layer.and_then(|layer| carrier.clone().with_layer(LAYER, layer).ok());
+    let again = again.and_then(|again| carrier_to_npz(&again, Compression::Stored).ok());
+    again.is_some_and(|again| again == bytes)
 }
 
 #[cfg(test)]

@@ -60,7 +60,9 @@ impl ExportSession {
     pub(super) fn resumed(format: &str, args: &FolderArgs, settings: &Value) -> Result<Self> {
         args.shapes.check()?;
         let folder = ExportFolder::resume(&args.out, format, settings)?;
-        Self::in_folder(args, folder)
+        let session = Self::in_folder(args, folder)?;
+        session.folder.write_settings(format, settings)?;
+        Ok(session)
     }
 
     /// The same session, of a verb that can resume it after a stop.
