@@ -26,8 +26,10 @@ pub(crate) fn make_folder(path: &Path) -> Result<()> {
 }
 
 fn refuse_file(folder: &Path) -> Result<()> {
+    // One question to the system: between two, another thread may make the folder.
+    let is_file = fs::metadata(folder).is_ok_and(|found| !found.is_dir());
     ensure!(
-        folder.is_dir() || !folder.exists(),
+        !is_file,
         UsageError(format!(
             "{} is a file, not a folder; choose another --out",
             folder.display()
@@ -78,4 +80,40 @@ pub(crate) fn remove_content(folder: &Path, kept: Option<&Path>) -> Result<()> {
         removed.with_context(|| format!("removing {}", path.display()))?;
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::Barrier;
+    use std::thread;
+
+    #[test]
+    fn several_threads_may_make_one_folder() {
+        let parent = tempfile::tempdir().unwrap();
+        for n in 0..200 {
+            let folder = parent.path().join(n.to_string());
+            let start = Barrier::new(4);
+            let make = || {
+                start.wait();
+                make_folder(&folder)
+            };
+            thread::scope(|scope| {
+                for made in [(); 4].map(|()| scope.spawn(make)) {
+                    made.join().unwrap().unwrap();
+                }
+            });
+        }
+    }
+
+    #[test]
+    fn a_file_is_not_replaced_by_a_folder() {
+        let parent = tempfile::tempdir().unwrap();
+        let file = parent.path().join("out");
+        fs::write(&file, "").unwrap();
+        for refused in [make_folder(&file), ensure_empty(&file)] {
+            let message = refused.unwrap_err().to_string();
+            assert!(message.contains("is a file, not a folder"), "{message}");
+        }
+    }
 }

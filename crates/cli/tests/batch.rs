@@ -16,7 +16,7 @@ use std::fs;
 use std::io::{Cursor, Write};
 use std::path::Path;
 use std::process::{Child, Stdio};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 const N_PARTS: u64 = 12;
 
@@ -54,6 +54,18 @@ fn folder_with_steps() -> tempfile::TempDir {
 
 fn status(folder: &Path, dataset: &str) -> serde_json::Value {
     serde_json::from_str(&check(folder, &["status", dataset, "--json"], 0, "")).unwrap()
+}
+
+/// The status of a batch that was killed. A worker that the killed program was just starting holds the lock for a moment longer.
+fn status_after_kill(folder: &Path, dataset: &str) -> serde_json::Value {
+    let until = Instant::now() + Duration::from_secs(20);
+    loop {
+        let found = status(folder, dataset);
+        if found["state"] != "running" || Instant::now() > until {
+            return found;
+        }
+        std::thread::sleep(Duration::from_millis(10));
+    }
 }
 
 /// Kills the program as soon as the journal has so many lines; says whether it was still at work.
@@ -94,7 +106,7 @@ fn a_killed_batch_is_resumed_to_the_same_bytes() {
             .unwrap();
         n_kills += usize::from(killed_at(child, &path.join("killed"), n_lines));
         if path.join("killed/.unfinished.jsonl").exists() {
-            let status = status(path, "killed");
+            let status = status_after_kill(path, "killed");
             assert_eq!(
                 (&status["state"], &status["n_files"]),
                 (&"stopped".into(), &14.into()),

@@ -42,13 +42,15 @@ impl JoinedRows {
         self.join();
     }
 
-    /// The rows of the beginning at their present places.
+    /// The rows of the beginning at their present places, each passed through `finished`, which gives as many numbers for every
+    /// row.
     ///
     /// # Shapes
-    /// - output: `[row, dim]`
-    pub(super) fn into_values(self) -> Vec<f32> {
-        let row = |&row: &u32| row_of(&self.values, self.dim, row);
-        self.joined_row.iter().flat_map(row).copied().collect()
+    /// - output: `[row, numbers of a finished row]`
+    pub(super) fn into_values(self, finished: impl Fn(&[f32]) -> Vec<f32>) -> Vec<f32> {
+        let rows: Vec<Vec<f32>> = self.values.chunks_exact(self.dim).map(finished).collect();
+        let of_row = |&row: &u32| &rows[row as usize];
+        self.joined_row.iter().flat_map(of_row).copied().collect()
     }
 
     /// Each row joins the first row, in the order of their projections, that is near enough. Rows that are near each other have
@@ -158,7 +160,7 @@ mod tests {
             let rows = joined(degrees);
             assert_eq!(rows.multiplicity, multiplicity, "{degrees:?}");
             assert_eq!(rows.joined_row, joined_row, "{degrees:?}");
-            assert_eq!(rows.into_values().len(), 2 * degrees.len());
+            assert_eq!(rows.into_values(<[f32]>::to_vec).len(), 2 * degrees.len());
         }
     }
 

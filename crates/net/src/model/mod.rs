@@ -12,6 +12,7 @@ pub(crate) mod network;
 pub(crate) mod parameters;
 pub(crate) mod poses;
 pub(crate) mod refine;
+mod row_span;
 pub(crate) mod trained_on;
 pub(crate) mod weights;
 

@@ -4,6 +4,7 @@
 //! trained, and it uses neither labels nor the number of parts. It is not used in training.
 
 use super::joined_rows::JoinedRows;
+use super::row_span::RowSpan;
 use crate::config::{ConfigError, ensure};
 use partprobe_carrier::Embeddings;
 use serde::{Deserialize, Serialize};
@@ -104,11 +105,21 @@ impl RefineConfig {
         let Self::MeanShift { kappa, steps } = self;
         let dim = rows.dim();
         let unit_rows = super::unit_rows(rows.values().to_vec(), dim);
-        let mut moving = JoinedRows::new(unit_rows, dim, multiplicity);
-        for _ in 0..*steps {
-            moving.step(*kappa as f32);
-        }
-        Embeddings::new(dim, moving.into_values()).map_err(|_| RefineError::NotFinite)
+        let moved = |rows: Vec<f32>, dim: usize| {
+            let mut moving = JoinedRows::new(rows, dim, multiplicity);
+            for _ in 0..*steps {
+                moving.step(*kappa as f32);
+            }
+            moving
+        };
+        let values = match RowSpan::of(&unit_rows, dim) {
+            Some(span) => {
+                let moved = moved(span.coordinates().to_vec(), span.rank());
+                moved.into_values(|row| span.row(row))
+            }
+            None => moved(unit_rows, dim).into_values(<[f32]>::to_vec),
+        };
+        Embeddings::new(dim, values).map_err(|_| RefineError::NotFinite)
     }
 }
 
@@ -160,6 +171,25 @@ mod tests {
         #[test]
         fn blocks_agree_with_the_definition(n in 1usize..230, dim in 1usize..40, seed: u64) {
             let rows = random_rows(n, dim, seed);
+            let multiplicity: Vec<u32> = (0..n as u32).map(|i| 1 + i * 7 % 23).collect();
+            let found = LAYER.refined(&rows, &multiplicity).unwrap();
+            for (found, exact) in found.rows().zip(dense(&rows, &multiplicity)) {
+                for (&x, y) in found.iter().zip(exact) {
+                    prop_assert!((f64::from(x) - y).abs() < 2e-4, "{x} {y}");
+                }
+            }
+        }
+
+        #[test]
+        fn rows_of_few_dimensions_give_what_the_definition_gives(n in 2usize..200, rank in 1usize..30, seed: u64) {
+            let dim = 48;
+            let (axes, factors) = (random_rows(rank, dim, seed), random_rows(n, rank, seed ^ 1));
+            let combination = |factors: &[f32]| {
+                let sum = |at: usize| axes.rows().zip(factors).map(|(axis, x)| axis[at] * x).sum::<f32>();
+                (0..dim).map(sum).collect::<Vec<f32>>()
+            };
+            let values = factors.rows().flat_map(combination).collect();
+            let rows = Embeddings::new(dim, crate::model::unit_rows(values, dim)).unwrap();
             let multiplicity: Vec<u32> = (0..n as u32).map(|i| 1 + i * 7 % 23).collect();
             let found = LAYER.refined(&rows, &multiplicity).unwrap();
             for (found, exact) in found.rows().zip(dense(&rows, &multiplicity)) {
