@@ -12,6 +12,7 @@ larger inertia; rows of noise alone (spread 30) are shown and do not count.
 
 import json
 import os
+import pathlib
 import subprocess
 import sys
 import tempfile
@@ -65,8 +66,13 @@ def ours(program, rows):
         return json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
 
 
+def files_at(path):
+    return sorted(path.glob("*.npz")) if path.is_dir() else [path]
+
+
 def main():
-    program, *files = sys.argv[1:]
+    program, *paths = sys.argv[1:]
+    files = [file for path in paths for file in files_at(pathlib.Path(path))]
     cases = [(f"generated, spread {spread}", generated(spread)) for spread in (0.3, 1.5, 30.0)]
     if files:
         cases = [(os.path.basename(path), unit(np.load(path)["embeddings"])) for path in files]

@@ -29,8 +29,13 @@ def measured(program, rows):
         return json.loads(subprocess.run(command, check=True, capture_output=True, text=True, env=one_thread).stdout)
 
 
+def files_at(path):
+    return sorted(path.glob("*.npz")) if path.is_dir() else [path]
+
+
 def main():
-    program, *files = sys.argv[1:]
+    program, *paths = sys.argv[1:]
+    files = [file for path in paths for file in files_at(pathlib.Path(path))]
     print("| shape | tokens | numbers | s | s, if no rows met |")
     print("|---|---:|---:|---:|---:|")
     seconds = []

@@ -66,12 +66,7 @@ pub fn spherical_kmeans(
 ) -> Result<Clusters, ClusterError> {
     Clusters::check_input(rows, weights, settings.k)?;
     let values = unit_rows(rows.values(), rows.dim());
-    let points = Points {
-        values,
-        dim: rows.dim(),
-        weights,
-        center_rule: CenterRule::Direction,
-    };
+    let points = Points::new(values, rows.dim(), weights, CenterRule::Direction);
     Ok(best_restart(&points, settings, seed, key))
 }
 
@@ -92,12 +87,7 @@ pub fn euclidean_kmeans(
     Clusters::check_input(rows, weights, settings.k)?;
     let mut values = rows.values().to_vec();
     let scale = center_and_scale(&mut values, rows.dim(), weights);
-    let points = Points {
-        values,
-        dim: rows.dim(),
-        weights,
-        center_rule: CenterRule::Mean,
-    };
+    let points = Points::new(values, rows.dim(), weights, CenterRule::Mean);
     let clusters = best_restart(&points, settings, seed, key);
     Ok(Clusters {
         objective: clusters.objective * scale * scale,

@@ -5,37 +5,43 @@
 //! the cosine decreases, so the spherical variant is the same iteration with centers of norm 1 (Dhillon and Modha 2001).
 
 use crate::distance::squared_distance;
-use crate::points::{CenterRule, Points};
+use crate::points::{CenterRule, LANES, Lane, Points};
 use crate::seeding::Seeds;
 use crate::settings::KMeansSettings;
 use crate::vector_unit::{Kernel, vectorized};
 
 /// The state of one restart.
 ///
-/// Invariants: `upper[i]` is at least the distance of row i to its center. `lower[i * k + j]` is at most its distance to
+/// Invariants: `upper[i]` is at least the distance of row i to its center. Bound j of `lower` of row i is at most its distance to
 /// center j. `sums` and `totals` are those of `assignment`.
 pub(crate) struct Lloyd<'a> {
     points: &'a Points<'a>,
     k: usize,
+    /// The number of lanes that `k` bounds fill. The rest of the last one is infinite, because no center is there.
+    n_lanes: usize,
     centers: Vec<f32>,
     sums: Vec<f64>,
     totals: Vec<u64>,
     pub(crate) assignment: Vec<u32>,
     upper: Vec<f32>,
-    lower: Vec<f32>,
+    /// `[row, lane]`.
+    lower: Vec<Lane>,
 }
+
+/// Half of the distances between centers: `[center, lane]`, infinite between a center and itself.
+struct HalfGaps(Vec<Lane>);
 
 impl<'a> Lloyd<'a> {
     /// Assigns every row to its nearest seed. The distances of the seeds are the first bounds, so no distance is computed.
     pub(crate) fn from_seeds(points: &'a Points<'a>, seeds: &Seeds) -> Self {
         let k = seeds.rows.len();
+        let n_lanes = k.div_ceil(LANES);
         let lower = row_major_distances(seeds, points.n_rows());
-        let assignment: Vec<u32> = lower
-            .chunks_exact(k)
+        let of_row = || lower.chunks_exact(n_lanes).map(<[Lane]>::as_flattened);
+        let assignment: Vec<u32> = of_row()
             .map(|bounds| first_minimum(bounds) as u32)
             .collect();
-        let upper = lower
-            .chunks_exact(k)
+        let upper = of_row()
             .zip(&assignment)
             .map(|(bounds, &own)| bounds[own as usize])
             .collect();
@@ -44,6 +50,7 @@ impl<'a> Lloyd<'a> {
         let mut state = Self {
             points,
             k,
+            n_lanes,
             centers: seed_rows.flatten().copied().collect(),
             sums: vec![0.0; k * points.dim],
             totals: vec![0; k],
@@ -62,8 +69,10 @@ impl<'a> Lloyd<'a> {
         for _ in 0..settings.max_iterations {
             self.fill_empty_clusters();
             let moved = self.move_centers();
-            self.loosen_bounds(&moved);
-            let any_changed = self.reassign();
+            let any_changed = vectorized(Reassignment {
+                lloyd: self,
+                moved: &moved,
+            });
             let is_settled = moved
                 .iter()
                 .all(|&distance| f64::from(distance) < settings.tolerance);
@@ -185,38 +194,24 @@ impl<'a> Lloyd<'a> {
         }
     }
 
-    /// Corrects the bounds after the centers moved by the given distances.
-    fn loosen_bounds(&mut self, moved: &[f32]) {
-        // The distance is slightly increased, so that rounding cannot make a bound wrong.
-        let moved: Vec<f32> = moved
-            .iter()
-            .map(|&distance| distance * (1.0 + 1e-5))
-            .collect();
-        for (row, bounds) in self.lower.chunks_exact_mut(self.k).enumerate() {
-            self.upper[row] += moved[self.assignment[row] as usize];
-            for (bound, &distance) in bounds.iter_mut().zip(&moved) {
-                *bound -= distance;
-            }
-        }
-    }
-
-    /// Assigns every row to its nearest center. Returns whether any row changed its cluster.
-    fn reassign(&mut self) -> bool {
-        vectorized(Reassignment(self))
-    }
-
+    /// Assigns every row to its nearest center, after the centers moved by the given distances. Returns whether any row changed its
+    /// cluster.
     #[inline(always)]
-    fn reassign_rows(&mut self) -> bool {
+    fn reassign(&mut self, moved: &[f32]) -> bool {
+        // The distance is slightly increased, so that rounding cannot make a bound wrong.
+        let mut loosening = vec![[0.0; LANES]; self.n_lanes];
+        for (loosening, &distance) in loosening.as_flattened_mut().iter_mut().zip(moved) {
+            *loosening = distance * (1.0 + 1e-5);
+        }
         let gaps = self.half_gaps();
+        let mut undecided = vec![0; self.points.n_rows()];
+        let n_undecided = self.loosen_bounds(&loosening, &gaps, &mut undecided);
+
         let mut any_changed = false;
-        for row in 0..self.points.n_rows() {
-            let own = self.cluster_of(row);
-            let nearest_gap = gaps[own * self.k + own];
-            if self.upper[row] <= nearest_gap {
-                continue;
-            }
+        for &row in &undecided[..n_undecided] {
+            let row = row as usize;
             let nearest = self.nearest_center(row, &gaps);
-            if nearest != own {
+            if nearest != self.cluster_of(row) {
                 self.change_cluster(row, nearest);
                 any_changed = true;
             }
@@ -224,76 +219,132 @@ impl<'a> Lloyd<'a> {
         any_changed
     }
 
-    /// Half of the distance between each two centers. The diagonal has half of the distance to the nearest other center.
     #[inline(always)]
-    fn half_gaps(&self) -> Vec<f32> {
-        let mut gaps = vec![f32::INFINITY; self.k * self.k];
-        for a in 0..self.k {
+    fn half_gaps(&self) -> HalfGaps {
+        let mut gaps = vec![[f32::INFINITY; LANES]; self.k * self.n_lanes];
+        for (a, gaps) in gaps.chunks_exact_mut(self.n_lanes).enumerate() {
             for b in (0..self.k).filter(|&b| b != a) {
                 let gap = 0.5 * squared_distance(self.center(a), self.center(b)).sqrt();
-                gaps[a * self.k + b] = gap;
-                gaps[a * self.k + a] = gaps[a * self.k + a].min(gap);
+                gaps[b / LANES][b % LANES] = gap;
             }
         }
-        gaps
+        HalfGaps(gaps)
+    }
+
+    /// Corrects all bounds after the centers moved. Writes the rows whose bounds do not prove that their center is still the nearest
+    /// one, and returns how many these are.
+    #[inline(always)]
+    fn loosen_bounds(
+        &mut self,
+        loosening: &[Lane],
+        gaps: &HalfGaps,
+        undecided: &mut [u32],
+    ) -> usize {
+        let n_lanes = loosening.len();
+        let rows = self.lower.chunks_exact_mut(n_lanes).zip(&mut self.upper);
+        let mut n_undecided = 0;
+        for (row, ((lower, upper), &own)) in rows.zip(&self.assignment).enumerate() {
+            let own = own as usize;
+            *upper += loosening.as_flattened()[own];
+            let gaps = &gaps.0[own * n_lanes..][..n_lanes];
+            let mut may_change = false;
+            for lane in 0..n_lanes {
+                let mut bounds = lower[lane];
+                for at in 0..LANES {
+                    bounds[at] -= loosening[lane][at];
+                }
+                lower[lane] = bounds;
+                may_change |= nearer_candidates(*upper, &bounds, &gaps[lane]) != 0;
+            }
+            undecided[n_undecided] = row as u32;
+            n_undecided += usize::from(may_change);
+        }
+        n_undecided
     }
 
     /// The nearest center of a row. If several are equal, it is the current one. Tightens the bounds of the row.
     #[inline(always)]
-    fn nearest_center(&mut self, row: usize, gaps: &[f32]) -> usize {
-        let k = self.k;
+    fn nearest_center(&mut self, row: usize, gaps: &HalfGaps) -> usize {
         let mut nearest = self.cluster_of(row);
         let mut is_exact = false;
-        for j in 0..k {
-            if j == nearest || self.cannot_be_nearer(row, j, nearest, gaps) {
-                continue;
-            }
-            if !is_exact {
-                self.upper[row] = self.distance(row, nearest);
-                self.lower[row * k + nearest] = self.upper[row];
-                is_exact = true;
-                if self.cannot_be_nearer(row, j, nearest, gaps) {
+        for lane in 0..self.n_lanes {
+            let lower = &self.lower[row * self.n_lanes + lane];
+            let gaps_of_lane = &gaps.0[nearest * self.n_lanes + lane];
+            let mut candidates = nearer_candidates(self.upper[row], lower, gaps_of_lane);
+            while candidates != 0 {
+                let j = lane * LANES + candidates.trailing_zeros() as usize;
+                candidates &= candidates - 1;
+                if j == nearest || self.cannot_be_nearer(row, j, nearest, gaps) {
                     continue;
                 }
-            }
+                if !is_exact {
+                    self.upper[row] = self.distance(row, nearest);
+                    *self.lower_bound(row, nearest) = self.upper[row];
+                    is_exact = true;
+                    if self.cannot_be_nearer(row, j, nearest, gaps) {
+                        continue;
+                    }
+                }
 
-            let distance = self.distance(row, j);
-            self.lower[row * k + j] = distance;
-            if distance < self.upper[row] {
-                self.upper[row] = distance;
-                nearest = j;
+                let distance = self.distance(row, j);
+                *self.lower_bound(row, j) = distance;
+                if distance < self.upper[row] {
+                    self.upper[row] = distance;
+                    nearest = j;
+                }
             }
         }
         nearest
     }
 
+    #[inline(always)]
+    fn lower_bound(&mut self, row: usize, j: usize) -> &mut f32 {
+        &mut self.lower[row * self.n_lanes + j / LANES][j % LANES]
+    }
+
     /// Whether the bounds prove that center `j` is not nearer to the row than center `nearest` (lemma 1 of Elkan 2003).
     #[inline(always)]
-    fn cannot_be_nearer(&self, row: usize, j: usize, nearest: usize, gaps: &[f32]) -> bool {
+    fn cannot_be_nearer(&self, row: usize, j: usize, nearest: usize, gaps: &HalfGaps) -> bool {
         let upper = self.upper[row];
-        upper <= self.lower[row * self.k + j] || upper <= gaps[nearest * self.k + j]
+        let (lane, at) = (j / LANES, j % LANES);
+        upper <= self.lower[row * self.n_lanes + lane][at]
+            || upper <= gaps.0[nearest * self.n_lanes + lane][at]
     }
 }
 
+/// One bit for each center of a lane that may be nearer than the own one. `gaps` are those of the own center.
+#[inline(always)]
+fn nearer_candidates(upper: f32, lower: &Lane, gaps: &Lane) -> u32 {
+    let mut bits = 0;
+    for at in 0..LANES {
+        bits |= u32::from((upper > lower[at]) & (upper > gaps[at])) << at;
+    }
+    bits
+}
+
 /// The loop that takes most of the time.
-struct Reassignment<'a, 'b>(&'b mut Lloyd<'a>);
+struct Reassignment<'a, 'b> {
+    lloyd: &'b mut Lloyd<'a>,
+    /// For each center, how far it moved.
+    moved: &'b [f32],
+}
 
 impl Kernel for Reassignment<'_, '_> {
     type Output = bool;
 
     #[inline(always)]
     fn run(self) -> bool {
-        self.0.reassign_rows()
+        self.lloyd.reassign(self.moved)
     }
 }
 
-/// The distance of each row to each seed, row by row.
-fn row_major_distances(seeds: &Seeds, n_rows: usize) -> Vec<f32> {
-    let k = seeds.rows.len();
-    let mut distances = vec![0.0; n_rows * k];
+/// The distance of each row to each seed: `[row, lane]`.
+fn row_major_distances(seeds: &Seeds, n_rows: usize) -> Vec<Lane> {
+    let n_lanes = seeds.rows.len().div_ceil(LANES);
+    let mut distances = vec![[f32::INFINITY; LANES]; n_rows * n_lanes];
     for (center, column) in seeds.squared_distances.iter().enumerate() {
         for (row, &squared) in column.iter().enumerate() {
-            distances[row * k + center] = squared.sqrt();
+            distances[row * n_lanes + center / LANES][center % LANES] = squared.sqrt();
         }
     }
     distances

@@ -9,10 +9,18 @@ pub(crate) enum CenterRule {
     Direction,
 }
 
-/// Rows with multiplicities, in the form that the iteration reads.
+/// The number of rows that are processed at once.
+pub(crate) const LANES: usize = 16;
+
+/// One number of each of [`LANES`] rows.
+pub(crate) type Lane = [f32; LANES];
+
+/// Rows with multiplicities, in the forms that the algorithm reads.
 pub(crate) struct Points<'a> {
     /// The entries, row by row: `n_rows * dim` of them.
     pub(crate) values: Vec<f32>,
+    /// The same entries: `[block of rows, entry]`. The last block is filled up with zeros.
+    blocks: Vec<Lane>,
     /// The number of entries per row.
     pub(crate) dim: usize,
     /// The number of points of each row.
@@ -21,7 +29,30 @@ pub(crate) struct Points<'a> {
     pub(crate) center_rule: CenterRule,
 }
 
-impl Points<'_> {
+impl<'a> Points<'a> {
+    /// Rows with one weight per row.
+    pub(crate) fn new(
+        values: Vec<f32>,
+        dim: usize,
+        weights: &'a [u32],
+        center_rule: CenterRule,
+    ) -> Self {
+        let mut blocks = vec![[0.0; LANES]; weights.len().div_ceil(LANES) * dim];
+        for (idx, row) in values.chunks_exact(dim).enumerate() {
+            let block = &mut blocks[idx / LANES * dim..][..dim];
+            for (lane, &x) in block.iter_mut().zip(row) {
+                lane[idx % LANES] = x;
+            }
+        }
+        Self {
+            values,
+            blocks,
+            dim,
+            weights,
+            center_rule,
+        }
+    }
+
     #[inline(always)]
     pub(crate) fn n_rows(&self) -> usize {
         self.weights.len()
@@ -32,9 +63,10 @@ impl Points<'_> {
         &self.values[idx * self.dim..][..self.dim]
     }
 
+    /// Blocks of [`LANES`] rows, each entry by entry.
     #[inline(always)]
-    pub(crate) fn rows(&self) -> std::slice::ChunksExact<'_, f32> {
-        self.values.chunks_exact(self.dim)
+    pub(crate) fn blocks(&self) -> std::slice::ChunksExact<'_, Lane> {
+        self.blocks.chunks_exact(self.dim)
     }
 }
 

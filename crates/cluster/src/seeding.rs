@@ -4,8 +4,7 @@
 //! several trials per center that its §7 recommends: each center after the first is the best of 2 + ⌊ln k⌋ rows. They
 //! are drawn in proportion to multiplicity times squared distance to the nearest center so far.
 
-use crate::distance::squared_distance;
-use crate::points::Points;
+use crate::points::{LANES, Lane, Points};
 use crate::vector_unit::{Kernel, vectorized};
 use partprobe_carrier::Rng;
 use rand::Rng as _;
@@ -91,22 +90,61 @@ impl Kernel for CandidateDistances<'_> {
     fn run(self) -> Vec<Vec<f32>> {
         let Self { points, candidates } = self;
         let mut columns = vec![vec![0.0; points.n_rows()]; candidates.len()];
-        // The outer loop is over rows and the inner one over candidates, so each row is read from memory once.
-        for (idx, row) in points.rows().enumerate() {
-            for (column, &candidate) in columns.iter_mut().zip(candidates) {
-                column[idx] = squared_distance(row, points.row(candidate));
-            }
+        let (fours, rest) = candidates.as_chunks::<4>();
+        let (columns_of_fours, columns_of_rest) = columns.as_chunks_mut::<4>();
+        for (columns, candidates) in columns_of_fours.iter_mut().zip(fours) {
+            write_distances(points, *candidates, columns);
+        }
+        for (column, &candidate) in columns_of_rest.iter_mut().zip(rest) {
+            write_distances(points, [candidate], std::array::from_mut(column));
         }
         columns
     }
+}
+
+/// Writes the squared distance of every row to each candidate. Each sum runs over the entries in their order.
+#[inline(always)]
+fn write_distances<const N: usize>(
+    points: &Points<'_>,
+    candidates: [usize; N],
+    columns: &mut [Vec<f32>; N],
+) {
+    let candidates = candidates.map(|candidate| points.row(candidate));
+    for (block, rows) in points.blocks().enumerate() {
+        let sums = block_distances(rows, candidates);
+        for (column, sums) in columns.iter_mut().zip(sums) {
+            let column = &mut column[block * LANES..];
+            let n = column.len().min(LANES);
+            column[..n].copy_from_slice(&sums[..n]);
+        }
+    }
+}
+
+/// The squared distances of a block of rows to several rows.
+#[inline(always)]
+fn block_distances<const N: usize>(block: &[Lane], mut others: [&[f32]; N]) -> [Lane; N] {
+    // Rows of known length need no check in the loop.
+    for other in &mut others {
+        *other = &other[..block.len()];
+    }
+    let mut sums = [[0.0; LANES]; N];
+    for (at, entries) in block.iter().enumerate() {
+        for n in 0..N {
+            let other = others[n][at];
+            for lane in 0..LANES {
+                let difference = entries[lane] - other;
+                sums[n][lane] += difference * difference;
+            }
+        }
+    }
+    sums
 }
 
 /// The column whose candidate gives the smallest sum of squared distances. If several are equal, it is the first one.
 fn lowest_potential(points: &Points<'_>, nearest: &[f32], columns: &[Vec<f32>]) -> usize {
     let mut best = 0;
     let mut lowest = f64::INFINITY;
-    for (trial, column) in columns.iter().enumerate() {
-        let potential = potential_with(points, nearest, column);
+    for (trial, potential) in potentials(points, nearest, columns).into_iter().enumerate() {
         if potential < lowest {
             best = trial;
             lowest = potential;
@@ -115,12 +153,30 @@ fn lowest_potential(points: &Points<'_>, nearest: &[f32], columns: &[Vec<f32>]) 
     best
 }
 
-/// The sum, over points, of the squared distance to the nearest center, if the candidate of `column` were a center too.
-fn potential_with(points: &Points<'_>, nearest: &[f32], column: &[f32]) -> f64 {
-    let distances = nearest.iter().zip(column);
-    let squared = distances.map(|(&near, &distance)| f64::from(near.min(distance)));
-    let weighted = points.weights.iter().zip(squared);
-    weighted
-        .map(|(&weight, squared)| f64::from(weight) * squared)
-        .sum()
+/// For each column, the sum, over points, of the squared distance to the nearest center, if its candidate were a center too.
+fn potentials(points: &Points<'_>, nearest: &[f32], columns: &[Vec<f32>]) -> Vec<f64> {
+    let mut sums = Vec::with_capacity(columns.len());
+    let (fours, rest) = columns.as_chunks::<4>();
+    for columns in fours {
+        sums.extend(sums_of_nearest(points, nearest, columns.each_ref()));
+    }
+    for column in rest {
+        sums.extend(sums_of_nearest(points, nearest, [column]));
+    }
+    sums
+}
+
+/// The potentials of some columns. Their sums do not wait for each other.
+fn sums_of_nearest<const N: usize>(
+    points: &Points<'_>,
+    nearest: &[f32],
+    columns: [&Vec<f32>; N],
+) -> [f64; N] {
+    let mut sums = [0.0; N];
+    for (row, (&weight, &near)) in points.weights.iter().zip(nearest).enumerate() {
+        for at in 0..N {
+            sums[at] += f64::from(weight) * f64::from(near.min(columns[at][row]));
+        }
+    }
+    sums
 }
