@@ -3,11 +3,11 @@
 use crate::arrays::shaped;
 use crate::background::compute;
 use crate::carrier::PyCarrier;
-use crate::errors::{damaged, os_error, usage};
+use crate::errors::{DamagedFileError, damaged, os_error, usage};
 use crate::given_arrays::triples;
 use crate::given_numbers::optional_seed;
 use crate::sample::{PySample, normal_kind};
-use partprobe_carrier::{Embeddings, PointSample};
+use partprobe_carrier::{Embeddings, PointSample, sha256_hex};
 use partprobe_net::{Backend, Model, ModelFile, TokenConfig, Tokens, TrainedOn};
 use pyo3::prelude::*;
 use serde_json::Value;
@@ -17,6 +17,8 @@ use std::sync::Arc;
 
 /// The file of the weights in the folder of a training.
 const WEIGHTS: &str = "model.safetensors";
+/// The record of a training in its folder.
+const TRAINING_RECORD: &str = "training.json";
 /// The folder of the trainings in a run.
 const CHECKPOINTS: &str = "checkpoints";
 
@@ -25,8 +27,8 @@ const CHECKPOINTS: &str = "checkpoints";
 /// If the run has several backbones, `supervision` and `seed` choose one; if `seed` is not given, it is the lowest one. The file
 /// also contains the settings of the network and those for preparing shapes.
 ///
-/// Raises `OSError` if the file cannot be opened, `DamagedFileError` if it does not contain weights, and `UsageError` if no
-/// backbone matches, or several do.
+/// Raises `OSError` if the file cannot be opened, `DamagedFileError` if it does not contain weights or was changed after its training,
+/// and `UsageError` if no backbone matches, or several do.
 #[pyclass(frozen, name = "Model", module = "partprobe")]
 pub(crate) struct PyModel {
     path: PathBuf,
@@ -56,14 +58,21 @@ impl PyModel {
             supervision: supervision.map(str::to_owned),
             seed,
         };
-        let path = if path.is_dir() {
+        let training = if path.is_dir() {
             let name = wanted.name_in(&path)?;
             wanted = WantedBackbone::of_name(&name);
-            path.join(CHECKPOINTS).join(name).join(WEIGHTS)
+            Some(path.join(CHECKPOINTS).join(name))
         } else {
-            path
+            None
+        };
+        let path = match &training {
+            Some(folder) => folder.join(WEIGHTS),
+            None => path,
         };
         let bytes = fs::read(&path).map_err(|error| os_error(&error, &path))?;
+        if let Some(folder) = &training {
+            ensure_unchanged(&bytes, folder)?;
+        }
         let read = compute(py, move || {
             ModelFile::from_bytes(&bytes, Backend::default())
         })?;
@@ -208,6 +217,30 @@ fn rows_of_points(tokens: &Tokens, rows: &Embeddings) -> Vec<f32> {
         .flat_map(|&token| rows.row(token as usize))
         .copied()
         .collect()
+}
+
+/// Refuses weights that are not those that the training in this folder wrote. A training of an earlier version, or of another
+/// program, has recorded no hash, and is not refused.
+fn ensure_unchanged(weights: &[u8], training: &Path) -> PyResult<()> {
+    let Ok(record) = fs::read(training.join(TRAINING_RECORD)) else {
+        return Ok(());
+    };
+    let record: Value = serde_json::from_slice(&record).unwrap_or_default();
+    let is_same = match record["weights_sha256"].as_str() {
+        Some(noted) => noted == sha256_hex(weights),
+        None => true,
+    };
+    if is_same {
+        return Ok(());
+    }
+    let reason = format!(
+        "it was changed after its training ended: its SHA-256 is not the one in {TRAINING_RECORD} of the same folder; put the file \
+         back, or remove it and train again with --resume"
+    );
+    Err(DamagedFileError::new_err((
+        reason,
+        training.join(WEIGHTS).display().to_string(),
+    )))
 }
 
 /// The backbone that the caller chooses.

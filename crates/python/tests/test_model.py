@@ -2,6 +2,7 @@
 
 import pathlib
 import pickle
+import shutil
 import tempfile
 import unittest
 
@@ -86,6 +87,17 @@ class Embeddings(unittest.TestCase):
             place.mkdir(parents=True)
             (place / "model.safetensors").write_bytes(self.model.path.read_bytes())
             with self.assertRaisesRegex(partprobe.UsageError, "was trained on `step-parts`"):
+                partprobe.Model(folder)
+
+    def test_weights_that_were_changed_after_their_training_are_refused(self):
+        with tempfile.TemporaryDirectory() as folder:
+            place = pathlib.Path(folder) / "checkpoints/step-parts-0"
+            shutil.copytree(self.model.path.parent, place)
+            self.assertEqual(partprobe.Model(folder).dim, self.model.dim)
+            weights = bytearray(self.model.path.read_bytes())
+            weights[-1] ^= 1
+            (place / "model.safetensors").write_bytes(weights)
+            with self.assertRaisesRegex(partprobe.DamagedFileError, "was changed after its training ended"):
                 partprobe.Model(folder)
 
 
