@@ -4,7 +4,8 @@
 //! several trials per center that its §7 recommends: each center after the first is the best of 2 + ⌊ln k⌋ rows. They
 //! are drawn in proportion to multiplicity times squared distance to the nearest center so far.
 
-use crate::points::{LANES, Lane, Points};
+use crate::distance::squared_distances;
+use crate::points::{LANES, Points};
 use crate::vector_unit::{Kernel, vectorized};
 use partprobe_carrier::Rng;
 use rand::Rng as _;
@@ -102,7 +103,7 @@ impl Kernel for CandidateDistances<'_> {
     }
 }
 
-/// Writes the squared distance of every row to each candidate. Each sum runs over the entries in their order.
+/// Writes the squared distance of every row to each candidate. Each row is read from memory once.
 #[inline(always)]
 fn write_distances<const N: usize>(
     points: &Points<'_>,
@@ -111,33 +112,13 @@ fn write_distances<const N: usize>(
 ) {
     let candidates = candidates.map(|candidate| points.row(candidate));
     for (block, rows) in points.blocks().enumerate() {
-        let sums = block_distances(rows, candidates);
-        for (column, sums) in columns.iter_mut().zip(sums) {
+        let distances = squared_distances(rows, candidates);
+        for (column, distances) in columns.iter_mut().zip(distances) {
             let column = &mut column[block * LANES..];
             let n = column.len().min(LANES);
-            column[..n].copy_from_slice(&sums[..n]);
+            column[..n].copy_from_slice(&distances[..n]);
         }
     }
-}
-
-/// The squared distances of a block of rows to several rows.
-#[inline(always)]
-fn block_distances<const N: usize>(block: &[Lane], mut others: [&[f32]; N]) -> [Lane; N] {
-    // Rows of known length need no check in the loop.
-    for other in &mut others {
-        *other = &other[..block.len()];
-    }
-    let mut sums = [[0.0; LANES]; N];
-    for (at, entries) in block.iter().enumerate() {
-        for n in 0..N {
-            let other = others[n][at];
-            for lane in 0..LANES {
-                let difference = entries[lane] - other;
-                sums[n][lane] += difference * difference;
-            }
-        }
-    }
-    sums
 }
 
 /// The column whose candidate gives the smallest sum of squared distances. If several are equal, it is the first one.
