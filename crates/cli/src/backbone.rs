@@ -69,6 +69,8 @@ pub(crate) fn ensure_preparation(overrides: &[String], more: &[&str]) -> Result<
 pub(crate) struct Backbone {
     pub(crate) model: Model,
     pub(crate) config: Config,
+    /// The SHA-256 of the weights, in hexadecimal.
+    pub(crate) weights_sha256: String,
 }
 
 impl BackboneArgs {
@@ -111,25 +113,15 @@ impl BackboneArgs {
         }
     }
 
-    /// The SHA-256 of the weights, in hexadecimal.
-    ///
-    /// # Errors
-    /// If there is no such backbone.
-    pub(crate) fn weights_sha256(&self, overrides: &[String]) -> Result<String> {
-        if self.run.is_file() {
-            let bytes = fs::read(&self.run);
-            let bytes = bytes.with_context(|| format!("reading {}", self.run.display()))?;
-            return Ok(sha256_hex(&bytes));
-        }
-        let (_, weights) = self.weights_of_run(overrides)?;
-        Ok(sha256_hex(&weights))
-    }
-
     /// The backbone of a run folder, with the run's own settings.
     fn of_run(&self, overrides: &[String], backend: Backend) -> Result<Backbone> {
         let (config, weights) = self.weights_of_run(overrides)?;
         let model = Model::from_safetensors(&config.net, &weights, backend)?;
-        Ok(Backbone { model, config })
+        Ok(Backbone {
+            model,
+            config,
+            weights_sha256: sha256_hex(&weights),
+        })
     }
 
     /// The config and the weights of a run folder.
@@ -187,7 +179,11 @@ impl BackboneArgs {
         if is_set(overrides, "net.refine") {
             config.net.refine = refine;
         }
-        Ok(Backbone { model, config })
+        Ok(Backbone {
+            model,
+            config,
+            weights_sha256: sha256_hex(&bytes),
+        })
     }
 }
 

@@ -30,15 +30,20 @@ pub(super) struct LibraryModel {
 }
 
 impl LibraryModel {
-    /// The backbone that the arguments name.
+    /// The backbone that the arguments name, and the hash of its weights.
     ///
     /// # Errors
-    /// If its weights cannot be read.
-    pub(super) fn of(backbone: &BackboneArgs, set: &[String], form: Form) -> Result<Self> {
+    /// If it is no longer there.
+    pub(super) fn of(
+        backbone: &BackboneArgs,
+        weights_sha256: &str,
+        set: &[String],
+        form: Form,
+    ) -> Result<Self> {
         Ok(Self {
             format_version: FORMAT_VERSION,
             form: form.name().to_owned(),
-            weights_sha256: backbone.weights_sha256(set)?,
+            weights_sha256: weights_sha256.to_owned(),
             backbone: backbone.absolute()?,
             set: set.to_vec(),
         })

@@ -115,11 +115,11 @@ fn backbone_of(
         Some(path) => model.backbone.in_other_run(path),
         None => model.backbone.clone(),
     };
-    let sha256 = backbone
-        .weights_sha256(&set)
-        .context("the backbone of the library is not there; say with --model where it is now")?;
-    model.ensure_weights(&sha256)?;
-    backbone.open(&set, execution.backend)
+    let opened = backbone.open(&set, execution.backend).context(
+        "the backbone of the library cannot be opened; say with --model where it is now",
+    )?;
+    model.ensure_weights(&opened.weights_sha256)?;
+    Ok(opened)
 }
 
 /// The row of each shape of a query, with its id.

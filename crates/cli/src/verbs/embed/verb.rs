@@ -79,7 +79,12 @@ pub(crate) fn embed(args: &EmbedArgs) -> Result<ExitCode> {
     } else {
         FolderLock::take_empty(&args.out, doing)?
     };
-    let model = LibraryModel::of(&args.backbone, &args.execution.set, args.form)?;
+    let model = LibraryModel::of(
+        &args.backbone,
+        &backbone.weights_sha256,
+        &args.execution.set,
+        args.form,
+    )?;
     model.ensure_fits(&args.out)?;
     let inputs = Inputs::open(&args.paths, &backbone.config, &execution)?;
     let mut lines = Vec::new();

@@ -127,7 +127,7 @@ pub(crate) fn predict(args: &PredictArgs) -> Result<()> {
         "refine": backbone.config.net.refine,
         "sample": backbone.config.sample,
         "tokens": backbone.config.tokens,
-        "weights_sha256": args.backbone.weights_sha256(args.folder.shapes.settings())?,
+        "weights_sha256": backbone.weights_sha256,
     });
     let folder = args.folder_for(&backbone)?;
     let session = if args.resume {
