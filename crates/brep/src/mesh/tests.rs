@@ -620,6 +620,56 @@ fn full_tori_and_both_bands_are_closed() {
     );
 }
 
+/// A band around the tube, from a circle to a boundary with a deep dent, which lies on both sides of its own mean. The seam connects
+/// the dent and the circle.
+#[test]
+fn a_seam_finds_the_band_of_a_torus_although_its_boundary_has_a_dent() {
+    let (major, minor) = (3.0, 1.0);
+    let (shallow, deep, half_width) = (-0.1, -0.8, 0.5);
+    let tube = |u: f64| {
+        let (sin, cos) = u.sin_cos();
+        Frame {
+            origin: [major * cos, major * sin, 0.0],
+            x: [cos, sin, 0.0],
+            y: UP.z,
+            z: [sin, -cos, 0.0],
+        }
+    };
+    let at = |u: f64, v: f64| tube(u).point(minor * v.cos(), minor * v.sin(), 0.0);
+    let parallel = |v: f64| Frame {
+        origin: [0.0, 0.0, minor * v.sin()],
+        ..UP
+    };
+    let radius = |v: f64| major + minor * v.cos();
+    let band = shape(&[
+        at(shallow, half_width),
+        at(shallow, -half_width),
+        at(deep, -half_width),
+        at(deep, 0.0),
+        at(deep, half_width),
+        at(0.0, 0.0),
+    ])
+    .arc(0, 1, tube(shallow), minor)
+    .arc(2, 1, parallel(-half_width), radius(half_width))
+    .arc(2, 3, tube(deep), minor)
+    .arc(3, 4, tube(deep), minor)
+    .arc(4, 0, parallel(half_width), radius(half_width))
+    .arc(3, 5, parallel(0.0), radius(0.0))
+    .arc(5, 5, tube(0.0), minor);
+    let torus = Surface::Torus {
+        frame: UP,
+        major,
+        minor,
+    };
+    let ring = -shallow * minor * TAU * major;
+    let dent =
+        (shallow - deep) * minor * (2.0 * half_width * major + 2.0 * minor * half_width.sin());
+    check_areas(
+        &band.face(torus, true, &[&[-3, 2, -1, -5, -4, 6, 7, -6]]),
+        &[ring + dent],
+    );
+}
+
 #[test]
 fn holes_and_patches_have_closed_forms() {
     let ring = shape(&[[2.0, 0.0, 0.0], [1.0, 0.0, 0.0]])

@@ -43,7 +43,7 @@ pub(super) fn polar(
 
     let pole = if is_ring {
         if let (Some(length), 2) = (surface.period()[along], windings.len()) {
-            choose_band(&mut loops, around, length, inner.map(|uv| uv[along]));
+            choose_band(&mut loops, around, [period, length], inner);
         }
         for bound in &mut loops {
             divide_steps_around_pole(bound, around, period);
@@ -215,8 +215,14 @@ fn closing_end(
 }
 
 /// Two boundaries divide a torus into two bands. The band that holds `inner` is chosen, or else the band on the left of both. (In
-/// some files the senses of the boundaries give the wrong band, but a seam lies in the right one.)
-fn choose_band(loops: &mut [UvLoop], around: usize, length: f64, inner: Option<f64>) {
+/// some files the senses of the boundaries give the wrong band, but a seam lies in the right one.) `periods` are those around and
+/// along the bands.
+fn choose_band(
+    loops: &mut [UvLoop],
+    around: usize,
+    [period, length]: [f64; 2],
+    inner: Option<[f64; 2]>,
+) {
     let along = 1 - around;
     let winding: Vec<usize> = (0..loops.len())
         .filter(|&i| loops[i].windings[around] != 0)
@@ -228,11 +234,17 @@ fn choose_band(loops: &mut [UvLoop], around: usize, length: f64, inner: Option<f
     } else {
         (second, first)
     };
-    let (base, top) = (mean(&loops[rising], along), mean(&loops[falling], along));
+
+    // A boundary with a dent is on both sides of its mean, so both are compared where `inner` is.
+    let position = |bound: &UvLoop| {
+        let crossing = inner.and_then(|inner| crossing_at(bound, around, [period, length], inner));
+        crossing.unwrap_or_else(|| mean(bound, along))
+    };
+    let (base, top) = (position(&loops[rising]), position(&loops[falling]));
     let rise = (top - base).rem_euclid(length);
     let rise = if rise == 0.0 { length } else { rise };
     let is_upward = inner.map_or(around == 0, |inner| {
-        (inner - base).rem_euclid(length) < rise
+        (inner[along] - base).rem_euclid(length) < rise
     });
     let gap = if is_upward || rise == length {
         rise
@@ -240,7 +252,8 @@ fn choose_band(loops: &mut [UvLoop], around: usize, length: f64, inner: Option<f
         rise - length
     };
     shift(&mut loops[falling], along, base + gap - top);
-    let low = base.min(base + gap);
+
+    let low = mean(&loops[rising], along).min(mean(&loops[falling], along));
     for bound in loops.iter_mut().filter(|bound| bound.windings[around] == 0) {
         let middle = mean(bound, along);
         shift(
@@ -249,4 +262,36 @@ fn choose_band(loops: &mut [UvLoop], around: usize, length: f64, inner: Option<f
             low + (middle - low).rem_euclid(length) - middle,
         );
     }
+}
+
+/// Where a boundary that winds around passes a point: its parameter along the band at the point's parameter around it. Of several
+/// such places, it is the one nearest to the point.
+fn crossing_at(
+    bound: &UvLoop,
+    around: usize,
+    [period, length]: [f64; 2],
+    point: [f64; 2],
+) -> Option<f64> {
+    let along = 1 - around;
+    let turn = f64::from(bound.windings[around]) * period;
+    let corners = bound.corners.iter().map(|corner| corner.uv);
+    let end = bound.corners.first().map(|first| {
+        let mut end = first.uv;
+        end[around] += turn;
+        end
+    });
+    let distance = |crossing: f64| {
+        let apart = (crossing - point[along]).rem_euclid(length);
+        apart.min(length - apart)
+    };
+    let crossings = corners
+        .clone()
+        .zip(corners.skip(1).chain(end))
+        .filter_map(|(a, b)| {
+            let (low, high) = (a[around].min(b[around]), a[around].max(b[around]));
+            let at = low + (point[around] - low).rem_euclid(period);
+            let fraction = (at - a[around]) / (b[around] - a[around]);
+            (at < high).then(|| a[along] + fraction * (b[along] - a[along]))
+        });
+    crossings.min_by(|&a, &b| distance(a).total_cmp(&distance(b)))
 }
