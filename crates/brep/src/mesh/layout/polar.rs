@@ -235,23 +235,24 @@ fn choose_band(
         (second, first)
     };
 
-    // A boundary with a dent is on both sides of its mean, so both are compared where `inner` is.
-    let position = |bound: &UvLoop| {
-        let crossing = inner.and_then(|inner| crossing_at(bound, around, [period, length], inner));
-        crossing.unwrap_or_else(|| mean(bound, along))
+    let means = [rising, falling].map(|bound| mean(&loops[bound], along));
+    let by = match inner {
+        None => shift_of_falling(means, length, around == 0),
+        Some(inner) => {
+            // A boundary with a dent is on both sides of its mean, so both are compared where `inner` is.
+            let [base, top] = [rising, falling].map(|bound| {
+                crossing_at(&loops[bound], around, [period, length], inner)
+                    .unwrap_or_else(|| mean(&loops[bound], along))
+            });
+            let is_upward = (inner[along] - base).rem_euclid(length) < rise_of(base, top, length);
+            let by = shift_of_falling([base, top], length, is_upward);
+            // Both are whole periods. Those from the means are rounded as for a face without a seam.
+            let by_means = [true, false].map(|upward| shift_of_falling(means, length, upward));
+            let is_same = |by_means: &f64| (by_means - by).abs() < 0.5 * length;
+            by_means.into_iter().find(is_same).unwrap_or(by)
+        }
     };
-    let (base, top) = (position(&loops[rising]), position(&loops[falling]));
-    let rise = (top - base).rem_euclid(length);
-    let rise = if rise == 0.0 { length } else { rise };
-    let is_upward = inner.map_or(around == 0, |inner| {
-        (inner[along] - base).rem_euclid(length) < rise
-    });
-    let gap = if is_upward || rise == length {
-        rise
-    } else {
-        rise - length
-    };
-    shift(&mut loops[falling], along, base + gap - top);
+    shift(&mut loops[falling], along, by);
 
     let low = mean(&loops[rising], along).min(mean(&loops[falling], along));
     for bound in loops.iter_mut().filter(|bound| bound.windings[around] == 0) {
@@ -262,6 +263,24 @@ fn choose_band(
             low + (middle - low).rem_euclid(length) - middle,
         );
     }
+}
+
+/// How far a band reaches upward from its rising boundary to the falling one: more than 0, and at most a period.
+fn rise_of(base: f64, top: f64, length: f64) -> f64 {
+    let rise = (top - base).rem_euclid(length);
+    if rise == 0.0 { length } else { rise }
+}
+
+/// The shift of the falling boundary of a band, by the positions of both boundaries: to the next place above the rising one, or
+/// below it.
+fn shift_of_falling([base, top]: [f64; 2], length: f64, is_upward: bool) -> f64 {
+    let rise = rise_of(base, top, length);
+    let gap = if is_upward || rise == length {
+        rise
+    } else {
+        rise - length
+    };
+    base + gap - top
 }
 
 /// Where a boundary that winds around passes a point: its parameter along the band at the point's parameter around it. Of several

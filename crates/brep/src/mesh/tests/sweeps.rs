@@ -63,6 +63,10 @@ impl Profile {
         }
     }
 
+    fn has_kinks(&self) -> bool {
+        matches!(self, Self::Spline { degree: 1, .. })
+    }
+
     /// The parameter at a fraction of the profile.
     fn at(&self, fraction: f64) -> f64 {
         match self {
@@ -140,17 +144,17 @@ fn star(reaches: &[f64], turn: f64) -> Vec<[f64; 2]> {
     reaches.iter().enumerate().map(point).collect()
 }
 
-/// The area over a star around the middle of the unit square, as a sum over small triangles.
+/// The area over a star around the middle of the unit square, as a sum over small triangles: `n` of them along each side.
 fn sum_of_densities(
     surface: &Surface,
     parameters: impl Fn([f64; 2]) -> [f64; 2],
     corners: &[[f64; 2]],
+    n: usize,
 ) -> f64 {
-    const N: usize = 80;
     let next = corners.iter().cycle().skip(1);
     let sector = |(a, b): (&[f64; 2], &[f64; 2])| {
         let point = |i: f64, j: f64| {
-            let (s, t) = (i / N as f64, j / N as f64);
+            let (s, t) = (i / n as f64, j / n as f64);
             parameters([0, 1].map(|axis| 0.5 + s * (a[axis] - 0.5) + t * (b[axis] - 0.5)))
         };
         let [o, p, q] = [point(0.0, 0.0), point(1.0, 0.0), point(0.0, 1.0)];
@@ -160,9 +164,9 @@ fn sum_of_densities(
             norm(cross(du, dv))
         };
         let thirds = [1.0 / 3.0, 2.0 / 3.0];
-        let points = (0..N).flat_map(|i| (0..N - i).map(move |j| (i as f64, j as f64)));
+        let points = (0..n).flat_map(|i| (0..n - i).map(move |j| (i as f64, j as f64)));
         let sum = |(i, j): (f64, f64)| {
-            let beyond = if i + j + 1.5 < N as f64 {
+            let beyond = if i + j + 1.5 < n as f64 {
                 density(point(i + thirds[1], j + thirds[1]))
             } else {
                 0.0
@@ -213,7 +217,9 @@ fn three_areas(
 ) -> Result<[f64; 3], String> {
     let (surface, parameters) = swept(profile, sweep, offset);
     let star = star(reaches, turn);
-    let expected = sum_of_densities(&surface, &parameters, &star);
+    // The density jumps where a profile has a kink, so the sum converges slowly there.
+    let n = if profile.has_kinks() { 320 } else { 80 };
+    let expected = sum_of_densities(&surface, &parameters, &star, n);
     let mut corners: Vec<[f64; 2]> = star.into_iter().map(&parameters).collect();
     if matches!(sweep, Sweep::Revolution { .. }) {
         // The parameters of this surface are exchanged, so the sense of the walk is reversed.
@@ -276,8 +282,8 @@ proptest! {
         turn in 0.0_f64..TAU,
     ) {
         // An offset is not continuous where its basis has a kink.
-        let has_kinks = matches!(profile, Profile::Spline { degree: 1, .. });
-        let areas = three_areas(&profile, sweep, offset.filter(|_| !has_kinks), &reaches, turn);
+        let offset = offset.filter(|_| !profile.has_kinks());
+        let areas = three_areas(&profile, sweep, offset, &reaches, turn);
         prop_assert!(areas.clone().is_ok_and(agree), "{areas:?}");
     }
 }
