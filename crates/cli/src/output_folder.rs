@@ -2,9 +2,10 @@
 
 use crate::usage::UsageError;
 use anyhow::{Context, Result, ensure};
-use partprobe_dataset::{DatasetWriteError, OutputError};
+use partprobe_dataset::{DatasetWriteError, OutputError, is_unfinished};
 use std::fs;
-use std::path::Path;
+use std::io;
+use std::path::{Path, PathBuf};
 
 /// Whether an error says that something could not be written. Such an error is not caused by a shape, and ends the work.
 #[must_use]
@@ -59,16 +60,16 @@ pub(crate) fn ensure_empty(folder: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Removes the content of a folder, but neither the folder itself nor the entry `kept`.
+/// Removes the content of a folder, but neither the folder itself nor the entries `kept`.
 ///
 /// # Errors
 /// If something in it cannot be read or removed.
-pub(crate) fn remove_content(folder: &Path, kept: Option<&Path>) -> Result<()> {
+pub(crate) fn remove_content(folder: &Path, kept: &[&Path]) -> Result<()> {
     let entries = fs::read_dir(folder).with_context(|| format!("reading {}", folder.display()))?;
     for entry in entries {
         let entry = entry.with_context(|| format!("reading {}", folder.display()))?;
         let path = entry.path();
-        if kept == Some(&path) {
+        if kept.contains(&path.as_path()) {
             continue;
         }
         let is_folder = entry.file_type().is_ok_and(|kind| kind.is_dir());
@@ -80,6 +81,70 @@ pub(crate) fn remove_content(folder: &Path, kept: Option<&Path>) -> Result<()> {
         removed.with_context(|| format!("removing {}", path.display()))?;
     }
     Ok(())
+}
+
+/// Refuses to write below a folder that was removed or moved away while its files were written. Otherwise the rest of them would be
+/// in a new folder, without a lock and without the others.
+///
+/// # Errors
+/// If there is no such folder.
+pub(crate) fn ensure_still_there(folder: &Path) -> Result<()> {
+    if folder.is_dir() {
+        return Ok(());
+    }
+    let error = io::Error::new(
+        io::ErrorKind::NotFound,
+        "it was removed or moved while files were written to it",
+    );
+    Err(OutputError::new("writing to", folder, error).into())
+}
+
+/// All files below a folder. Links to folders are not followed.
+///
+/// # Errors
+/// If a folder cannot be read.
+pub(crate) fn files_below(folder: &Path) -> Result<Vec<PathBuf>> {
+    let mut files = Vec::new();
+    let mut open = vec![folder.to_owned()];
+    while let Some(folder) = open.pop() {
+        for entry in
+            fs::read_dir(&folder).with_context(|| format!("reading {}", folder.display()))?
+        {
+            let entry = entry.with_context(|| format!("reading {}", folder.display()))?;
+            if entry.file_type()?.is_dir() {
+                open.push(entry.path());
+            } else {
+                files.push(entry.path());
+            }
+        }
+    }
+    Ok(files)
+}
+
+/// Removes files that a killed program was writing. The folder must be locked.
+///
+/// # Errors
+/// If a folder cannot be read, or a file cannot be removed.
+pub(crate) fn remove_unfinished(folder: &Path) -> Result<()> {
+    for path in files_below(folder)? {
+        if is_unfinished(&path.file_name().unwrap_or_default().to_string_lossy()) {
+            remove_if_there(&path)?;
+        }
+    }
+    Ok(())
+}
+
+/// Removes a file, unless it is gone already.
+///
+/// # Errors
+/// If it cannot be removed.
+pub(crate) fn remove_if_there(path: &Path) -> Result<()> {
+    match fs::remove_file(path) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => {
+            Err(error).with_context(|| format!("removing {}", path.display()))
+        }
+        _ => Ok(()),
+    }
 }
 
 #[cfg(test)]

@@ -100,6 +100,29 @@ fn shapes_are_divided_and_other_verbs_read_the_labels() {
     assert_ne!(contents(&fixture.path("resumed")), fresh);
     predict_wide("resumed", &["--resume"]);
     assert_eq!(contents(&fixture.path("resumed")), fresh);
+    // Shapes that a later call does not name stay in the list.
+    let one = contents(&fixture.path("wide"));
+    let one = one
+        .keys()
+        .find(|file| file.extension().is_some_and(|e| e == "npz"))
+        .unwrap();
+    let one = fixture.path("wide").join(one);
+    let fixed = [
+        "predict",
+        "first",
+        one.to_str().unwrap(),
+        "--k",
+        "step-parts",
+        "--out",
+        "resumed",
+        "--resume",
+    ];
+    assert_code(&fixture.program(&fixed), 0);
+    let n_lines = |out: &str| {
+        let path = fixture.path(out).join("shapes.jsonl");
+        fs::read_to_string(path).unwrap().lines().count()
+    };
+    assert_eq!(n_lines("resumed"), n_lines("fresh"));
     // Files of other settings are not mixed.
     let refused = [
         "predict", "first", data, "--k", "3", "--out", "again", "--resume",
@@ -463,6 +486,45 @@ fn weights_without_training_data_label_nothing_and_start_no_training() {
     );
 }
 
+/// Two data sets may have shapes of one name. An input that cannot be read any more leaves the index.
+fn earlier_shapes_keep_their_place_in_a_library(fixture: &Fixture, steps: [&Path; 2]) {
+    let embed = |input: &str, more: &[&str]| {
+        let fixed = ["embed", "first", "--form", "shapes", "--out", "two", input];
+        fixture.program(&[&fixed[..], more].concat())
+    };
+    for (folder, step) in ["c", "d"].iter().zip(steps) {
+        let file = format!("{folder}/same.step");
+        fs::create_dir(fixture.path(folder)).unwrap();
+        fs::copy(step, fixture.path(&file)).unwrap();
+        let out = format!("{folder}-data");
+        assert_code(&fixture.program(&["label", &file, "--out", &out]), 0);
+        fs::remove_file(fixture.path(&file)).unwrap();
+    }
+    assert_code(&embed("c-data", &[]), 0);
+    let before = contents(&fixture.path("two"));
+    assert_code(&embed("c-data", &["--resume"]), 0);
+    let refused = embed("d-data", &["--resume"]);
+    assert_code(&refused, 1);
+    let message = String::from_utf8_lossy(&refused.stderr);
+    assert!(
+        message.contains("has the same id, same, and is there already"),
+        "{message}"
+    );
+    assert_eq!(contents(&fixture.path("two")), before);
+
+    for name in ["x.step", "y.step"] {
+        fs::copy(steps[0], fixture.path("c").join(name)).unwrap();
+    }
+    assert_code(&embed("c", &["--resume"]), 0);
+    fs::write(fixture.path("c/x.step"), "no STEP").unwrap();
+    assert_code(&embed("c", &["--resume"]), 1);
+    let index = fs::read_to_string(fixture.path("two/index.jsonl")).unwrap();
+    assert!(
+        index.contains("c__y.npz") && !index.contains("c__x.npz"),
+        "{index}"
+    );
+}
+
 #[test]
 fn a_library_finds_its_own_shapes_and_knows_its_backbone() {
     let fixture = Fixture::new();
@@ -521,6 +583,14 @@ fn a_library_finds_its_own_shapes_and_knows_its_backbone() {
     fs::remove_file(fixture.path("library/new.npz")).unwrap();
     assert_code(&embed("shapes", "library", &["--resume"]), 0);
     assert_eq!(contents(&fixture.path("library")), before);
+    // What a killed program leaves behind: a file that is cut off, and one that was not finished.
+    fs::write(fixture.path("library").join(removed), "PK").unwrap();
+    fs::write(fixture.path("library/.a.npz.1-0.unfinished"), "half").unwrap();
+    assert_code(&embed("shapes", "library", &["--resume"]), 0);
+    assert_eq!(contents(&fixture.path("library")), before);
+    let mut steps = fs::read_dir(fixture.path("first/data/step")).unwrap();
+    let another = steps.find_map(|entry| Some(entry.unwrap().path()).filter(|path| *path != other));
+    earlier_shapes_keep_their_place_in_a_library(&fixture, [&other, &another.unwrap()]);
 
     let full = embed("shapes", "library", &[]);
     assert_code(&full, 2);

@@ -47,6 +47,22 @@ pub(super) fn forget_attributes(attributes: &mut SurfaceAttributes) {
     attributes.direction.fill([[f32::NAN; 3]; 2]);
 }
 
+/// Adds a vertex at which the attributes are not defined. Kinds that were not requested stay empty.
+pub(super) fn push_undefined(attributes: &mut SurfaceAttributes) {
+    let SurfaceAttributes {
+        uv,
+        curvature,
+        direction,
+    } = attributes;
+    if !uv.is_empty() {
+        uv.push([f64::NAN; 2]);
+    }
+    if !curvature.is_empty() {
+        curvature.push([f32::NAN; 2]);
+        direction.push([[f32::NAN; 3]; 2]);
+    }
+}
+
 /// The attributes as they are seen from the other side of the face.
 pub(super) fn reverse_attributes(attributes: &mut SurfaceAttributes) {
     attributes

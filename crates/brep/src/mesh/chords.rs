@@ -4,6 +4,7 @@
 //! neighbors there. After welding, the two would be one edge of four triangles. Dividing one of them moves nothing and keeps
 //! them apart.
 
+use super::attributes::push_undefined;
 use super::error::FaceMeshError;
 use super::face_mesh::FaceMesh;
 use crate::geometry::linear::{along, sum, unit};
@@ -182,7 +183,8 @@ fn dividing_point([start, end]: [Point; 2], opposites: [Point; 2], fraction: f64
         .find(|new| !opposites.contains(new))
 }
 
-/// Adds a vertex between two others, with their mean normal if the mesh has normals. Returns its index.
+/// Adds a vertex between two others, with their mean normal if the mesh has normals. Its other attributes are not defined, because it
+/// lies on a chord and not on the surface. Returns its index.
 fn push_between(mesh: &mut FaceMesh, point: Point, ends: [u32; 2]) -> u32 {
     let middle = mesh.points.len() as u32;
     mesh.points.push(point);
@@ -191,17 +193,24 @@ fn push_between(mesh: &mut FaceMesh, point: Point, ends: [u32; 2]) -> u32 {
         let mean = unit(sum(a.map(f64::from), b.map(f64::from))).unwrap_or(a.map(f64::from));
         mesh.normals.push(mean.map(|x| x as f32));
     }
+    push_undefined(&mut mesh.attributes);
     middle
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use partprobe_shape::cross;
+    use partprobe_shape::{SurfaceAttributes, cross};
 
-    /// A square of two triangles that share the diagonal from the first corner. `lift` bends the square along the diagonal.
+    /// A square of two triangles that share the diagonal from the first corner. `lift` bends the square along the diagonal. It has
+    /// all attributes.
     fn square(lift: f64) -> FaceMesh {
         FaceMesh {
+            attributes: SurfaceAttributes {
+                uv: vec![[0.5; 2]; 4],
+                curvature: vec![[0.0; 2]; 4],
+                direction: vec![[[1.0, 0.0, 0.0]; 2]; 4],
+            },
             points: vec![
                 [0.0, 0.0, 0.0],
                 [1.0, 0.0, lift],
@@ -221,10 +230,15 @@ mod tests {
         divide_shared_chords(&mut meshes);
         for (mesh, &expected) in meshes.iter().flatten().zip(expected) {
             assert_eq!(mesh.triangles.len(), expected);
-            assert_eq!(
-                (mesh.normals.len(), mesh.on_boundary.len()),
-                (mesh.points.len(), mesh.points.len())
-            );
+            let SurfaceAttributes {
+                uv,
+                curvature,
+                direction,
+            } = &mesh.attributes;
+            let lengths = [uv.len(), curvature.len(), direction.len()];
+            assert_eq!(lengths, [mesh.points.len(); 3]);
+            let lengths = [mesh.normals.len(), mesh.on_boundary.len()];
+            assert_eq!(lengths, [mesh.points.len(); 2]);
             let up = mesh.triangles.iter().map(|corners| {
                 let [a, b, c] = corners.map(|corner| mesh.points[corner as usize]);
                 cross(subtract(b, a), subtract(c, a))[2]

@@ -9,7 +9,9 @@ use crate::counted::counted;
 use crate::dataset_settings::DatasetSettings;
 use crate::folder_lock::FolderLock;
 use crate::interrupt::Interrupt;
-use crate::output_folder::{make_folder, remove_content};
+use crate::output_folder::{
+    files_below, make_folder, remove_content, remove_if_there, remove_unfinished,
+};
 use crate::stderr;
 use crate::usage::UsageError;
 use anyhow::{Context, Result, bail, ensure};
@@ -19,7 +21,7 @@ use partprobe_dataset::{
 };
 use std::collections::BTreeMap;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// The largest number of shapes that are named because they are labeled again. Further ones are only counted.
 const MAX_WARNINGS: usize = 10;
@@ -54,6 +56,8 @@ pub(super) fn prepare(
         }
         _ => {}
     }
+    // A program that was killed before it wrote anything else may have left an unfinished file.
+    remove_unfinished(&job.out)?;
     ensure_folder_is_empty(&job.out)?;
     let writer = DatasetWriter::create(&job.out, &settings)?;
     Ok((Target::Open(writer), lock))
@@ -221,25 +225,6 @@ fn records_in_journal(out: &Path) -> Result<Vec<FileRecord>> {
     Ok(records)
 }
 
-fn remove_if_there(path: &Path) -> Result<()> {
-    match fs::remove_file(path) {
-        Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
-            Err(error).with_context(|| format!("removing {}", path.display()))
-        }
-        _ => Ok(()),
-    }
-}
-
-/// Removes files that a killed program was writing.
-fn remove_unfinished(folder: &Path) -> Result<()> {
-    for path in files_below(folder)? {
-        if is_unfinished(&path.file_name().unwrap_or_default().to_string_lossy()) {
-            remove_if_there(&path)?;
-        }
-    }
-    Ok(())
-}
-
 /// Removes the data set from the folder, finished or not. It refuses to do so if the folder has other files.
 fn remove_dataset(out: &Path, files: &[InputFile]) -> Result<()> {
     ensure!(
@@ -273,7 +258,7 @@ fn remove_dataset(out: &Path, files: &[InputFile]) -> Result<()> {
         )));
     }
     // The folder itself is kept, because it is locked.
-    remove_content(out, None)
+    remove_content(out, &[])
 }
 
 /// Whether a file belongs to a data set, finished or not.
@@ -286,24 +271,6 @@ fn belongs_to_data_set(path: &Path) -> bool {
         || name.ends_with(".npz")
         || (name.starts_with('.') && name.ends_with(".part"))
         || is_unfinished(&name)
-}
-
-fn files_below(folder: &Path) -> Result<Vec<PathBuf>> {
-    let mut files = Vec::new();
-    let mut open = vec![folder.to_owned()];
-    while let Some(folder) = open.pop() {
-        for entry in
-            fs::read_dir(&folder).with_context(|| format!("reading {}", folder.display()))?
-        {
-            let entry = entry.with_context(|| format!("reading {}", folder.display()))?;
-            if entry.file_type()?.is_dir() {
-                open.push(entry.path())
-            } else {
-                files.push(entry.path())
-            }
-        }
-    }
-    Ok(files)
 }
 
 fn ensure_folder_is_empty(out: &Path) -> Result<()> {

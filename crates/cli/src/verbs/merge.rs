@@ -59,7 +59,7 @@ pub(crate) fn merge(args: &MergeArgs) -> Result<()> {
     let joined = joined(&shares, &settings, &args.out);
     let summary = joined.inspect_err(|_| {
         // The shares have everything. A failed removal does no harm, because the original error is reported.
-        let _ = remove_content(&args.out, None);
+        let _ = remove_content(&args.out, &[]);
     })?;
     print_line(&summary)?;
     summary.ensure_labeled(&args.out)

@@ -83,17 +83,17 @@ impl Form {
     }
 }
 
-/// Whether an embedding file was made from this shape. Files of earlier programs do not record this, and are accepted.
-///
-/// # Errors
-/// If the file cannot be read.
-pub(super) fn is_of(file: &Path, shape: &EmbedInput) -> Result<bool> {
-    let bytes = fs::read(file).with_context(|| format!("reading {}", file.display()))?;
-    let members = arrays_from_npz(&bytes).with_context(|| format!("reading {}", file.display()))?;
-    Ok(match members.array(INPUT_SHA256).map(Array::values) {
+/// Whether an embedding file was made from this shape. Files of earlier programs do not record this, and are accepted. A file that
+/// cannot be read, for example because it was cut off, was not.
+pub(super) fn is_of(file: &Path, shape: &EmbedInput) -> bool {
+    let members = fs::read(file).ok().map(|bytes| arrays_from_npz(&bytes));
+    let Some(Ok(members)) = members else {
+        return false;
+    };
+    match members.array(INPUT_SHA256).map(Array::values) {
         Some(Values::U8(digest)) => *digest == shape.sha256(),
         _ => true,
-    })
+    }
 }
 
 /// The row of a whole shape: the direction of the mean over its points.

@@ -66,7 +66,14 @@ impl EmbedInput {
 }
 
 /// A file, or a shape of a folder, an archive, a list or a data set.
-pub(super) enum Input {
+pub(super) struct Input {
+    /// The absolute path that the user gave, or `None` for the standard input.
+    given: Option<PathBuf>,
+    kind: InputKind,
+}
+
+/// What is embedded.
+enum InputKind {
     /// A file, and a prefix of its ids if another file of the call has the same name.
     File(PathBuf, Option<String>),
     Shape(ShapeInput),
@@ -77,11 +84,16 @@ pub(super) enum Input {
 impl Input {
     /// Its name in messages and the index.
     pub(super) fn name(&self) -> String {
-        match self {
-            Self::File(path, _) => path.display().to_string(),
-            Self::Shape(shape) => shape.source.clone(),
-            Self::Failed(failed) => failed.source.clone(),
+        match &self.kind {
+            InputKind::File(path, _) => path.display().to_string(),
+            InputKind::Shape(shape) => shape.source.clone(),
+            InputKind::Failed(failed) => failed.source.clone(),
         }
+    }
+
+    /// The absolute path of the argument that it is of, or `None` for the standard input.
+    pub(super) fn given(&self) -> Option<&Path> {
+        self.given.as_deref()
     }
 
     /// Its shapes.
@@ -89,8 +101,8 @@ impl Input {
     /// # Errors
     /// If it cannot be read.
     pub(super) fn shapes(&self, config: &Config) -> Result<Vec<EmbedInput>> {
-        match self {
-            Self::File(path, prefix) => {
+        match &self.kind {
+            InputKind::File(path, prefix) => {
                 let mut shapes = shapes_of_path(path, config)?;
                 if let Some(prefix) = prefix {
                     for shape in &mut shapes {
@@ -99,11 +111,11 @@ impl Input {
                 }
                 Ok(shapes)
             }
-            Self::Shape(shape) => {
+            InputKind::Shape(shape) => {
                 let id = shape.stem.to_string_lossy().into_owned();
                 Ok(vec![EmbedInput::of_carrier(id, &shape.carrier()?, config)?])
             }
-            Self::Failed(failed) => bail!("{}", failed.reason),
+            InputKind::Failed(failed) => bail!("{}", failed.reason),
         }
     }
 }
@@ -126,21 +138,25 @@ impl Inputs {
             _opened: Vec::new(),
         };
         for path in paths {
+            let given = absolute_unless_stdin(path)?;
+            let input = |kind| Input {
+                given: given.clone(),
+                kind,
+            };
             if !is_read_by_shape_input(path) {
                 let prefix = folder_if_ambiguous(path, paths);
-                inputs.list.push(Input::File(path.clone(), prefix));
+                inputs
+                    .list
+                    .push(input(InputKind::File(path.clone(), prefix)));
                 continue;
             }
             let args = ShapeArgs::of_path(path, execution.threads)
                 .with_settings(config.labeling_overrides()?);
             let number = inputs._opened.len();
             let mut opened = args.open_for(&format!("embed-{number}"), &execution.interrupt)?;
-            inputs
-                .list
-                .extend(opened.shapes.drain(..).map(Input::Shape));
-            inputs
-                .list
-                .extend(opened.failed.drain(..).map(Input::Failed));
+            let shapes = opened.shapes.drain(..).map(InputKind::Shape);
+            let failed = opened.failed.drain(..).map(InputKind::Failed);
+            inputs.list.extend(shapes.chain(failed).map(input));
             inputs._opened.push(opened);
         }
         Ok(inputs)
@@ -150,6 +166,17 @@ impl Inputs {
     pub(super) fn list(&self) -> &[Input] {
         &self.list
     }
+}
+
+/// The path as it is found from any folder, or `None` for the standard input.
+fn absolute_unless_stdin(path: &Path) -> Result<Option<PathBuf>> {
+    if is_standard_input(path) {
+        return Ok(None);
+    }
+    let absolute = std::path::absolute(path);
+    Ok(Some(
+        absolute.with_context(|| format!("reading {}", path.display()))?,
+    ))
 }
 
 /// The name of the folder of a file, if another path has the same file name without its ending.

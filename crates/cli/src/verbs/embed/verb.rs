@@ -1,17 +1,17 @@
 //! Defines the arguments of `embed`, and its loop over shapes.
 
 use super::form::{Form, Precision, is_of};
-use super::index::{IndexLine, read_index, write_index};
+use super::index::{IndexLine, drop_outdated, read_index, write_index};
 use super::input::{Input, Inputs};
 use super::library_model::LibraryModel;
 use crate::backbone::{Backbone, BackboneArgs, ensure_preparation};
 use crate::counted::counted;
 use crate::folder_lock::FolderLock;
 use crate::given_path::are_same_path;
-use crate::output_folder::make_folder;
+use crate::output_folder::{ensure_still_there, make_folder, remove_unfinished};
 use crate::run::{Execution, ExecutionArgs};
 use crate::stdout::print_result;
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Context, Result, anyhow, bail, ensure};
 use partprobe_dataset::write_atomically;
 use std::collections::BTreeMap;
 use std::fs;
@@ -72,10 +72,14 @@ pub(crate) fn embed(args: &EmbedArgs) -> Result<ExitCode> {
     let execution = Execution::new(&args.execution)?;
     ensure_preparation(&args.execution.set, &[])?;
     let backbone = args.backbone.open(&args.execution.set, execution.backend)?;
+    // Before the folder is made, so that inputs without a shape do not leave it behind.
+    let inputs = Inputs::open(&args.paths, &backbone.config, &execution)?;
     let doing = "embedding into";
     let _lock = if args.resume {
         make_folder(&args.out)?;
-        FolderLock::take(&args.out, doing)?
+        let lock = FolderLock::take(&args.out, doing)?;
+        remove_unfinished(&args.out)?;
+        lock
     } else {
         FolderLock::take_empty(&args.out, doing)?
     };
@@ -86,10 +90,9 @@ pub(crate) fn embed(args: &EmbedArgs) -> Result<ExitCode> {
         args.form,
     )?;
     model.ensure_fits(&args.out)?;
-    let inputs = Inputs::open(&args.paths, &backbone.config, &execution)?;
     let mut lines = Vec::new();
     let mut sources = BTreeMap::new();
-    let earlier = earlier_sources(&args.out)?;
+    let earlier = earlier_lines(&args.out)?;
     let mut n_kept = 0;
     let bar = execution.progress.bar("embed", inputs.list().len());
     for input in inputs.list() {
@@ -103,11 +106,11 @@ pub(crate) fn embed(args: &EmbedArgs) -> Result<ExitCode> {
                         model.write(&args.out)?;
                     }
                     n_kept += usize::from(bytes.is_none());
-                    lines.push(IndexLine::written(&id, &input.name()));
+                    lines.push(IndexLine::written(&id, &input.name(), input.given()));
                 }
             }
             Err(error) => {
-                let line = IndexLine::failed(&input.name(), &error);
+                let line = IndexLine::failed(&input.name(), input.given(), &error);
                 execution.progress.note(&format!("warning: {line}"));
                 lines.push(line);
             }
@@ -129,7 +132,10 @@ pub(crate) fn embed(args: &EmbedArgs) -> Result<ExitCode> {
 /// Writes the index, and reports how many inputs could not be embedded.
 fn conclude(out: &Path, lines: &[IndexLine]) -> Result<ExitCode> {
     let n_failed = lines.iter().filter(|line| line.is_failed()).count();
-    ensure!(n_failed < lines.len(), "no file could be embedded");
+    if n_failed == lines.len() {
+        drop_outdated(out, lines)?;
+        bail!("no file could be embedded");
+    }
     write_index(out, lines)?;
     let paths = counted(lines.len(), "file", "files");
     ensure!(
@@ -139,10 +145,10 @@ fn conclude(out: &Path, lines: &[IndexLine]) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The inputs of earlier calls, by the ids of their shapes.
-fn earlier_sources(out: &Path) -> Result<BTreeMap<String, String>> {
+/// The lines of earlier calls, by the ids of their shapes.
+fn earlier_lines(out: &Path) -> Result<BTreeMap<String, IndexLine>> {
     let lines = read_index(out)?.into_iter();
-    Ok(lines.map(|line| (line.id, line.source)).collect())
+    Ok(lines.map(|line| (line.id.clone(), line)).collect())
 }
 
 /// Whether both are files that exist, and not the same one. A file that was moved or edited is the same input.
@@ -151,26 +157,34 @@ fn are_two_files(one: &str, other: &str) -> bool {
     one.is_file() && other.is_file() && !are_same_path(one, other)
 }
 
+/// Whether a shape of an earlier call was given with another file, folder, archive or data set, which is still there. A file may be
+/// given by itself once, and with its folder another time.
+fn is_given_elsewhere(earlier: &IndexLine, input: &Input) -> bool {
+    let (Some(one), Some(other)) = (earlier.given.as_deref().map(Path::new), input.given()) else {
+        return false;
+    };
+    let is_within = one.starts_with(other) || other.starts_with(one);
+    !is_within && one.exists() && !are_same_path(one, other)
+}
+
 /// The id of a shape, its file, and the bytes. There are no bytes if the file already exists.
 type EmbeddedFile = (String, PathBuf, Option<Vec<u8>>);
 
 impl EmbedArgs {
-    /// The embedding files of the shapes of an input. `sources` has the inputs of this call by their ids so far, and `earlier` those
-    /// of earlier calls.
+    /// The embedding files of the shapes of an input. `sources` has the inputs of this call by their ids so far, and `earlier` the
+    /// lines of earlier calls.
     fn embedded_input(
         &self,
         input: &Input,
         backbone: &Backbone,
-        (sources, earlier): (&BTreeMap<String, String>, &BTreeMap<String, String>),
+        (sources, earlier): (&BTreeMap<String, String>, &BTreeMap<String, IndexLine>),
     ) -> Result<Vec<EmbeddedFile>> {
         let mut files: Vec<EmbeddedFile> = Vec::new();
         for shape in input.shapes(&backbone.config)? {
             let file = self.out.join(format!("{}.npz", shape.id));
-            let other = earlier.get(&shape.id);
-            let other = other.filter(|other| are_two_files(other, &input.name()));
-            if let Some(other) = sources.get(&shape.id).or(other) {
+            if let Some(other) = sources.get(&shape.id) {
                 bail!(
-                    "{other} has the same id, {}; rename one of the two files",
+                    "{other} has the same id, {}; rename one of the two files, or embed them into two folders",
                     shape.id
                 );
             }
@@ -179,10 +193,28 @@ impl EmbedArgs {
                 "two of its shapes have the id {}",
                 shape.id
             );
-            // A file of another shape with this name is an older version of the input.
-            if self.resume && file.exists() && is_of(&file, &shape)? {
+            let earlier = earlier.get(&shape.id);
+            let refusal = |earlier: &IndexLine| {
+                let IndexLine { source, given, .. } = earlier;
+                let given = given.as_deref().map(|given| format!(" ({given})"));
+                anyhow!(
+                    "{source}{} has the same id, {}, and is there already; rename one of the two files, or choose another --out",
+                    given.unwrap_or_default(),
+                    shape.id
+                )
+            };
+            let is_other_file =
+                |earlier: &&IndexLine| are_two_files(&earlier.source, &input.name());
+            if let Some(other) = earlier.filter(is_other_file) {
+                return Err(refusal(other));
+            }
+            if self.resume && file.exists() && is_of(&file, &shape) {
                 files.push((shape.id, file, None));
                 continue;
+            }
+            // The file is that of an older version of the input, or of another input.
+            if let Some(other) = earlier.filter(|earlier| is_given_elsewhere(earlier, input)) {
+                return Err(refusal(other));
             }
             let bytes = self.form.file(&shape, backbone, self.dtype)?;
             files.push((shape.id, file, Some(bytes)));
@@ -194,6 +226,7 @@ impl EmbedArgs {
         let Some(bytes) = bytes else {
             return Ok(());
         };
+        ensure_still_there(&self.out)?;
         if let Some(folder) = file.parent() {
             fs::create_dir_all(folder).with_context(|| format!("making {}", folder.display()))?;
         }

@@ -3,7 +3,9 @@
 use super::outputs::Outputs;
 use crate::config::{differences, listed};
 use crate::folder_lock::FolderLock;
-use crate::output_folder::{make_folder, remove_content};
+use crate::output_folder::{
+    ensure_still_there, make_folder, remove_content, remove_if_there, remove_unfinished,
+};
 use crate::usage::UsageError;
 use anyhow::{Context, Result, bail, ensure};
 use partprobe_dataset::{json_document, write_atomically};
@@ -37,6 +39,7 @@ impl ExportFolder {
             root: root.to_owned(),
             _lock: lock,
         };
+        remove_unfinished(root)?;
         if !folder.is_empty()? {
             match replace {
                 Replace::Export(known) => ensure_replaceable(root, inputs, known)?,
@@ -50,9 +53,12 @@ impl ExportFolder {
         Ok(folder)
     }
 
-    /// Removes the former export, and keeps the files that were labeled for the new one.
+    /// Removes the former export, and keeps the files that were labeled for the new one. The settings are removed last: without them,
+    /// what is left would not be known as an export.
     pub(super) fn clear(&self) -> Result<()> {
-        remove_content(&self.root, Some(&self.scratch()))
+        let settings = self.root.join(SETTINGS_FILE);
+        remove_content(&self.root, &[&self.scratch(), &settings])?;
+        remove_if_there(&settings)
     }
 
     /// Whether it has nothing but what a program that was killed has labeled on the way.
@@ -87,6 +93,7 @@ impl ExportFolder {
             root: root.to_owned(),
             _lock: FolderLock::take(root, "exporting into")?,
         };
+        remove_unfinished(root)?;
         if !folder.is_empty()? {
             folder.ensure_settings(format, settings)?;
         }
@@ -126,6 +133,7 @@ impl ExportFolder {
     /// Writes a file at once, below the folder.
     pub(super) fn write(&self, relative: &Path, bytes: &[u8]) -> Result<()> {
         let path = self.root.join(relative);
+        ensure_still_there(&self.root)?;
         if let Some(parent) = path.parent() {
             make_folder(parent)?;
         }

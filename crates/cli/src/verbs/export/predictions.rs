@@ -9,15 +9,17 @@ use super::mesh_files::with_suffix;
 use super::outputs::Outputs;
 use super::predicted_labels::{LAYER, PredictedLabels};
 use super::session::ExportSession;
-use super::shape_line::ShapeLine;
+use super::shape_line::{SHAPES_FILE, ShapeLine};
 use crate::backbone::{Backbone, BackboneArgs, ensure_preparation};
 use crate::config::is_set;
 use crate::counted::counted;
+use crate::output_folder::remove_if_there;
 use crate::points::points_of;
 use crate::run::npz_bytes;
 use crate::shape_input::ShapeInput;
+use crate::stderr;
 use crate::usage::UsageError;
-use anyhow::{Result, ensure};
+use anyhow::{Context, Result, ensure};
 use partprobe_carrier::{Carrier, ShapeKind};
 use partprobe_cluster::ClustererFactory;
 use partprobe_formats::{Array, Compression, carrier_from_npz, carrier_to_npz, integer_lines};
@@ -145,6 +147,12 @@ pub(crate) fn predict(args: &PredictArgs) -> Result<()> {
     let finished = |shape: &ShapeInput, carrier: &Carrier| {
         let paths = paths_of(shape, carrier);
         let is_finished = args.resume && are_of(&paths, &args.folder.out, carrier);
+        if args.resume && !is_finished && args.folder.out.join(&paths[0]).is_file() {
+            stderr::print_line(format_args!(
+                "{}: its files are of another version of it, or of another shape with this name, and are replaced",
+                shape.id
+            ));
+        }
         is_finished.then_some(paths)
     };
     let mut lines = session
@@ -153,7 +161,50 @@ pub(crate) fn predict(args: &PredictArgs) -> Result<()> {
             prediction.files(shape, carrier)
         })?;
     lines.extend(session.sources.failed.iter().map(ShapeLine::from));
+    if args.resume {
+        let earlier = earlier_lines(&args.folder.out, &lines)?;
+        lines.extend(earlier);
+    }
     session.batch().conclude(&lines)
+}
+
+/// The lines of earlier calls for shapes that this call does not name, as long as their files exist. If an input cannot be read any
+/// more, its earlier files are removed.
+///
+/// # Errors
+/// If the list of shapes cannot be read, or a file cannot be removed.
+fn earlier_lines(out: &Path, lines: &[ShapeLine]) -> Result<Vec<ShapeLine>> {
+    let path = out.join(SHAPES_FILE);
+    if !path.is_file() {
+        return Ok(Vec::new());
+    }
+    let text = fs::read_to_string(&path).with_context(|| format!("reading {}", path.display()))?;
+    let mut kept = Vec::new();
+    for line in text.lines() {
+        let earlier: ShapeLine = serde_json::from_str(line)
+            .with_context(|| format!("{} is not a list of shapes", path.display()))?;
+        let has_failed = |line: &ShapeLine| line.files.is_empty();
+        let listed = lines.iter().find(|line| line.id == earlier.id);
+        let is_outdated = listed.map_or_else(
+            || {
+                lines
+                    .iter()
+                    .any(|line| line.source == earlier.source && has_failed(line))
+            },
+            has_failed,
+        );
+        if is_outdated {
+            for file in &earlier.files {
+                remove_if_there(&out.join(file))?;
+            }
+            continue;
+        }
+        let exist = earlier.files.iter().all(|file| out.join(file).is_file());
+        if listed.is_none() && exist && !has_failed(&earlier) {
+            kept.push(earlier);
+        }
+    }
+    Ok(kept)
 }
 
 impl PredictArgs {

@@ -84,6 +84,7 @@ fn surface_point(
     let triangle = sample.triangles[i] as usize;
     let corner = carrier.mesh().triangles[triangle][0] as usize;
     let near = carrier.attributes().uv.get(corner).copied();
+    let near = near.filter(|uv| uv.iter().all(|x| x.is_finite()));
     let found = surfaces.nearest(
         carrier.mesh().tri_face[triangle],
         sample.points[i].map(f64::from),

@@ -4,12 +4,13 @@ use super::true_surface::{SurfaceRequest, SurfaceResult, project_points};
 use crate::config::{self, Attribute, Config, NormalConfig};
 use crate::counted::counted;
 use crate::damaged_carriers::{is_damaged_carrier, refuse_damaged_carriers};
+use crate::folder_lock::FolderLock;
 use crate::interrupt::Interrupt;
 use crate::label::{
     InputFile, InputList, input_files, visit_carriers, warn_of_repeated, warn_of_unread,
 };
 use crate::label_sources::sources_named;
-use crate::output_folder::{ensure_empty, is_output_error, make_folder};
+use crate::output_folder::is_output_error;
 use crate::points::{DEFAULT_SOURCES, default_sources, labeled_points};
 use crate::progress::Progress;
 use crate::standard_input::{STDIN_NAME, with_standard_input};
@@ -252,8 +253,7 @@ impl Sampler<'_> {
         n_unprojected: &AtomicUsize,
     ) -> Result<()> {
         let out = &self.args.out;
-        ensure_empty(out)?;
-        make_folder(out)?;
+        let _lock = FolderLock::take_empty(out, "sampling into")?;
         let bar = Progress::on_terminal().bar("sample", items.len());
         // A file that cannot be written ends the work at once. A shape that cannot be sampled does not.
         let interrupt = Interrupt::listen()?;
