@@ -2,7 +2,7 @@
 //!
 //! The folder itself is locked, and not a file in it, so nothing is left behind. The lock ends with its program.
 
-use crate::output_folder::{ensure_empty, make_folder, remove_unfinished};
+use crate::output_folder::{ensure_empty, make_folder, remove_if_all_unfinished};
 use crate::usage::UsageError;
 use anyhow::{Result, bail};
 use partprobe_dataset::is_locked_elsewhere;
@@ -42,7 +42,7 @@ impl FolderLock {
     pub(crate) fn take_empty(folder: &Path, doing: &str) -> Result<Self> {
         make_folder(folder)?;
         let lock = Self::take(folder, doing)?;
-        remove_unfinished(folder)?;
+        remove_if_all_unfinished(folder)?;
         ensure_empty(folder)?;
         Ok(lock)
     }

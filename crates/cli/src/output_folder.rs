@@ -121,17 +121,39 @@ pub(crate) fn files_below(folder: &Path) -> Result<Vec<PathBuf>> {
     Ok(files)
 }
 
-/// Removes files that a killed program was writing. The folder must be locked.
+/// Removes files that a killed program was writing, from a folder that is known to be the output of a verb. It must be locked.
 ///
 /// # Errors
 /// If a folder cannot be read, or a file cannot be removed.
 pub(crate) fn remove_unfinished(folder: &Path) -> Result<()> {
     for path in files_below(folder)? {
-        if is_unfinished(&path.file_name().unwrap_or_default().to_string_lossy()) {
+        if is_unfinished_file(&path) {
             remove_if_there(&path)?;
         }
     }
     Ok(())
+}
+
+/// Empties a folder in which a program was killed before it had finished any file. A folder with anything else is left alone. It
+/// must be locked.
+///
+/// # Errors
+/// If the folder cannot be read, or a file cannot be removed.
+pub(crate) fn remove_if_all_unfinished(folder: &Path) -> Result<()> {
+    let reading = || format!("reading {}", folder.display());
+    let mut unfinished = Vec::new();
+    for entry in fs::read_dir(folder).with_context(reading)? {
+        let path = entry.with_context(reading)?.path();
+        if !is_unfinished_file(&path) {
+            return Ok(());
+        }
+        unfinished.push(path);
+    }
+    unfinished.iter().try_for_each(|path| remove_if_there(path))
+}
+
+fn is_unfinished_file(path: &Path) -> bool {
+    is_unfinished(&path.file_name().unwrap_or_default().to_string_lossy()) && path.is_file()
 }
 
 /// Removes a file, unless it is gone already.
@@ -169,6 +191,22 @@ mod tests {
                 }
             });
         }
+    }
+
+    #[test]
+    fn only_a_folder_of_unfinished_files_is_emptied() {
+        let folder = tempfile::tempdir().unwrap();
+        let [unfinished, thesis] =
+            [".a.npz.1-0.unfinished", "thesis.tex"].map(|name| folder.path().join(name));
+        for path in [&unfinished, &thesis] {
+            fs::write(path, "").unwrap();
+        }
+        remove_if_all_unfinished(folder.path()).unwrap();
+        assert!(unfinished.is_file() && thesis.is_file());
+
+        fs::remove_file(thesis).unwrap();
+        remove_if_all_unfinished(folder.path()).unwrap();
+        ensure_empty(folder.path()).unwrap();
     }
 
     #[test]

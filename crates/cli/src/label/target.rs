@@ -10,7 +10,8 @@ use crate::dataset_settings::DatasetSettings;
 use crate::folder_lock::FolderLock;
 use crate::interrupt::Interrupt;
 use crate::output_folder::{
-    files_below, make_folder, remove_content, remove_if_there, remove_unfinished,
+    files_below, make_folder, remove_content, remove_if_all_unfinished, remove_if_there,
+    remove_unfinished,
 };
 use crate::stderr;
 use crate::usage::UsageError;
@@ -57,7 +58,7 @@ pub(super) fn prepare(
         _ => {}
     }
     // A program that was killed before it wrote anything else may have left an unfinished file.
-    remove_unfinished(&job.out)?;
+    remove_if_all_unfinished(&job.out)?;
     ensure_folder_is_empty(&job.out)?;
     let writer = DatasetWriter::create(&job.out, &settings)?;
     Ok((Target::Open(writer), lock))

@@ -56,7 +56,7 @@ impl LibraryModel {
     pub(super) fn read(folder: &Path) -> Result<Self> {
         let path = folder.join(FILE);
         ensure!(
-            path.is_file(),
+            Self::is_in(folder),
             UsageError(format!(
                 "{} has no {FILE}; make it with `partprobe embed RUN PATH… --form shapes --out {}`",
                 folder.display(),
@@ -70,6 +70,11 @@ impl LibraryModel {
                 path.display()
             )
         })
+    }
+
+    /// Whether a folder is one of embeddings.
+    pub(super) fn is_in(folder: &Path) -> bool {
+        folder.join(FILE).is_file()
     }
 
     /// Refuses weights other than those of the folder.
@@ -100,7 +105,7 @@ impl LibraryModel {
     /// # Errors
     /// If the folder has embeddings of another backbone, form or settings.
     pub(super) fn ensure_fits(&self, folder: &Path) -> Result<()> {
-        if !folder.join(FILE).is_file() {
+        if !Self::is_in(folder) {
             return Ok(());
         }
         let own = Self::read(folder)?;

@@ -77,9 +77,7 @@ pub(crate) fn embed(args: &EmbedArgs) -> Result<ExitCode> {
     let doing = "embedding into";
     let _lock = if args.resume {
         make_folder(&args.out)?;
-        let lock = FolderLock::take(&args.out, doing)?;
-        remove_unfinished(&args.out)?;
-        lock
+        FolderLock::take(&args.out, doing)?
     } else {
         FolderLock::take_empty(&args.out, doing)?
     };
@@ -90,6 +88,9 @@ pub(crate) fn embed(args: &EmbedArgs) -> Result<ExitCode> {
         args.form,
     )?;
     model.ensure_fits(&args.out)?;
+    if LibraryModel::is_in(&args.out) {
+        remove_unfinished(&args.out)?;
+    }
     let mut lines = Vec::new();
     let mut sources = BTreeMap::new();
     let earlier = earlier_lines(&args.out)?;

@@ -4,7 +4,8 @@ use super::outputs::Outputs;
 use crate::config::{differences, listed};
 use crate::folder_lock::FolderLock;
 use crate::output_folder::{
-    ensure_still_there, make_folder, remove_content, remove_if_there, remove_unfinished,
+    ensure_still_there, make_folder, remove_content, remove_if_all_unfinished, remove_if_there,
+    remove_unfinished,
 };
 use crate::usage::UsageError;
 use anyhow::{Context, Result, bail, ensure};
@@ -39,7 +40,7 @@ impl ExportFolder {
             root: root.to_owned(),
             _lock: lock,
         };
-        remove_unfinished(root)?;
+        remove_if_all_unfinished(root)?;
         if !folder.is_empty()? {
             match replace {
                 Replace::Export(known) => ensure_replaceable(root, inputs, known)?,
@@ -93,9 +94,10 @@ impl ExportFolder {
             root: root.to_owned(),
             _lock: FolderLock::take(root, "exporting into")?,
         };
-        remove_unfinished(root)?;
+        remove_if_all_unfinished(root)?;
         if !folder.is_empty()? {
             folder.ensure_settings(format, settings)?;
+            remove_unfinished(root)?;
         }
         folder.remove_scratch()?;
         Ok(folder)
