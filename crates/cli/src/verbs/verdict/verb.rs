@@ -185,6 +185,11 @@ impl<'a> Session<'a> {
         overrides.extend([
             format!("compare.supervision=[{mine}, {against}]"),
             format!("compare.references=[{referees}]"),
+            // Both sources are referees themselves unless another one is given.
+            format!(
+                "compare.score_against_supervisions={}",
+                args.referee.is_none()
+            ),
             format!("train.steps={n_updates}"),
             format!(
                 "split.collection_separator={}",
