@@ -4,13 +4,14 @@ use super::outputs::Outputs;
 use crate::config::{differences, listed};
 use crate::folder_lock::FolderLock;
 use crate::output_folder::{
-    ensure_still_there, make_folder, remove_content, remove_if_all_unfinished, remove_if_there,
-    remove_unfinished,
+    ensure_still_there, files_below, make_folder, remove_content, remove_if_all_unfinished,
+    remove_if_there, remove_unfinished,
 };
 use crate::usage::UsageError;
 use anyhow::{Context, Result, bail, ensure};
 use partprobe_dataset::{json_document, write_atomically};
 use serde_json::{Value, json};
+use std::ffi::OsStr;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -211,34 +212,14 @@ fn ensure_replaceable(root: &Path, inputs: &[PathBuf], known: &[Outputs]) -> Res
 
 /// A file below the folder that no export writes.
 fn foreign_file(root: &Path, known: &[Outputs]) -> Result<Option<PathBuf>> {
-    let mut open = vec![root.to_owned()];
-    while let Some(folder) = open.pop() {
-        for entry in
-            fs::read_dir(&folder).with_context(|| format!("reading {}", folder.display()))?
-        {
-            let path = entry?.path();
-            if path.is_dir() && !path.is_symlink() {
-                open.push(path);
-                continue;
-            }
-            let name = path
-                .file_name()
-                .unwrap_or_default()
-                .to_string_lossy()
-                .into_owned();
-            let extension = path
-                .extension()
-                .unwrap_or_default()
-                .to_string_lossy()
-                .into_owned();
-            let belongs_to_export = is_of_an_exporter(&name, &extension, known)
-                || (name.starts_with('.') && ["part", "unfinished"].contains(&extension.as_str()));
-            if !belongs_to_export || path.is_symlink() {
-                return Ok(Some(path));
-            }
-        }
-    }
-    Ok(None)
+    let text = |part: Option<&OsStr>| part.unwrap_or_default().to_string_lossy().into_owned();
+    let is_foreign = |path: &PathBuf| {
+        let (name, extension) = (text(path.file_name()), text(path.extension()));
+        let belongs_to_export = is_of_an_exporter(&name, &extension, known)
+            || (name.starts_with('.') && ["part", "unfinished"].contains(&extension.as_str()));
+        !belongs_to_export || path.is_symlink()
+    };
+    Ok(files_below(root)?.into_iter().find(is_foreign))
 }
 
 /// Whether a format, or every export, writes files with this name or ending.

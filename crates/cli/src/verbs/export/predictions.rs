@@ -13,7 +13,6 @@ use super::shape_line::{SHAPES_FILE, ShapeLine};
 use crate::backbone::{Backbone, BackboneArgs, ensure_preparation};
 use crate::config::is_set;
 use crate::counted::counted;
-use crate::output_folder::remove_if_there;
 use crate::points::points_of;
 use crate::run::npz_bytes;
 use crate::shape_input::ShapeInput;
@@ -169,10 +168,11 @@ pub(crate) fn predict(args: &PredictArgs) -> Result<()> {
 }
 
 /// The lines of earlier calls for shapes that this call does not name, as long as their files exist. If an input cannot be read any
-/// more, its earlier files are removed.
+/// more, its earlier files are named and no longer listed. They are not removed, because a shape of another data set may have the
+/// same name.
 ///
 /// # Errors
-/// If the list of shapes cannot be read, or a file cannot be removed.
+/// If the list of shapes cannot be read.
 fn earlier_lines(out: &Path, lines: &[ShapeLine]) -> Result<Vec<ShapeLine>> {
     let path = out.join(SHAPES_FILE);
     if !path.is_file() {
@@ -195,7 +195,10 @@ fn earlier_lines(out: &Path, lines: &[ShapeLine]) -> Result<Vec<ShapeLine>> {
         );
         if is_outdated {
             for file in &earlier.files {
-                remove_if_there(&out.join(file))?;
+                stderr::print_line(format_args!(
+                    "{}: {file} is of an earlier call, and is no longer listed",
+                    earlier.id
+                ));
             }
             continue;
         }
