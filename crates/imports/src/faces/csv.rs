@@ -1,7 +1,7 @@
 //! Reads labels in CSV with a header.
 //!
 //! One column names the face: `step_id`, `name`, or `index`, with or without `face_` before it. One column is the label: `label`,
-//! `class` or `instance`, or the one that the user names. With a column `shape` or `file`, one file can have many shapes.
+//! `class` or `instance`, or the one that the user names. If there are only labels, the rows are in the order of the faces. With a column `shape` or `file`, one file can have many shapes.
 
 use super::face_labels::{FaceLabels, NamedLabels, RawLabel, raw_label};
 
@@ -130,6 +130,7 @@ impl Table {
     fn labels(&self, rows: &[&Row]) -> Result<FaceLabels, String> {
         let label = |row: &Row| raw_label(&row.cells[self.label]);
         let Some((kind, column)) = self.key else {
+            self.ensure_only_labels()?;
             return Ok(FaceLabels::InOrder(
                 rows.iter().map(|row| label(row)).collect(),
             ));
@@ -144,6 +145,26 @@ impl Table {
             KeyKind::Name => Ok(FaceLabels::Named(keyed)),
             KeyKind::Index => in_order(keyed, rows),
         }
+    }
+}
+
+impl Table {
+    /// Refuses a column that may name the faces in a way that is not known. Without one, the rows are in the order of the faces.
+    fn ensure_only_labels(&self) -> Result<(), String> {
+        let is_known = |(at, name): &(usize, &String)| {
+            *at == self.label || self.shape == Some(*at) || LABEL_COLUMNS.contains(&name.as_str())
+        };
+        let unknown = self
+            .header
+            .iter()
+            .enumerate()
+            .find(|column| !is_known(column));
+        unknown.map_or(Ok(()), |(_, name)| {
+            Err(format!(
+                "the column `{name}` is not known, so it is not certain which face a row is of; name the column of the faces \
+                 step_id, name or index, or leave out all columns but the labels if the rows are in the order of the faces"
+            ))
+        })
     }
 }
 
@@ -279,6 +300,14 @@ mod tests {
             "label\n1,2\n",
             None,
             Err("line 2: 2 cells under a header of 1"),
+        );
+        check(
+            "stepid,label\n12,0\n",
+            None,
+            Err(
+                "the column `stepid` is not known, so it is not certain which face a row is of; name the column of the faces \
+                 step_id, name or index, or leave out all columns but the labels if the rows are in the order of the faces",
+            ),
         );
         check("label\n\"1\n", None, Err("line 2: a quote is not closed"));
         check("", None, Err("the file is empty"));
