@@ -121,6 +121,10 @@ impl Import for BackboneLabels {
     fn entries(&self) -> Result<Vec<String>, ImportError> {
         self.labels.entries()
     }
+
+    fn entries_of(&self, id: &str) -> Vec<String> {
+        self.labels.entries_of(id)
+    }
 }
 
 /// A backbone as a model with two inputs and one output.

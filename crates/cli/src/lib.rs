@@ -46,6 +46,7 @@ mod program_version;
 mod progress;
 #[cfg(feature = "train")]
 mod run;
+mod run_path;
 mod scored_run;
 mod shape_choice;
 mod shape_input;

@@ -1,6 +1,8 @@
 //! Reads the scores of a finished run, and the label sources on which it was trained.
 
 use crate::given_path::ensure_exists;
+use crate::run_path::run_path;
+use crate::usage::UsageError;
 use anyhow::{Context, Result};
 use partprobe_eval::ScoreRow;
 use serde::Deserialize;
@@ -24,17 +26,21 @@ pub(crate) struct ScoredRun {
 const SCORING_TABLES: [&str; 3] = ["sample", "tokens", "eval"];
 
 impl ScoredRun {
-    /// Reads `scores.jsonl` and `config.toml` of a run folder. Its name is that of the folder.
+    /// Reads `scores.jsonl` and `config.toml` of a run folder. Its name is that of the folder. The folder of a verdict means the
+    /// run in it.
     ///
     /// # Errors
     /// If there is no such folder, the run was not scored, or a file cannot be read. The message names the line.
     pub(crate) fn read(path: &Path) -> Result<Self> {
         ensure_exists(path)?;
+        let name = path.canonicalize()?;
+        let path = &run_path(path);
         let read = |file: &str| {
             let path = path.join(file);
             fs::read_to_string(&path).with_context(|| format!("reading {}", path.display()))
         };
-        let text = read("scores.jsonl").context("only the scores of a finished run can be read")?;
+        ensure_is_scored(path)?;
+        let text = read("scores.jsonl")?;
         let mut rows = Vec::new();
         for (number, line) in (1..).zip(text.lines()) {
             let row: ScoreRow = serde_json::from_str(line)
@@ -56,8 +62,7 @@ impl ScoredRun {
         Ok(Self {
             shape_hashes: shape_hashes(path)?,
             settings: settings.collect(),
-            name: path
-                .canonicalize()?
+            name: name
                 .file_name()
                 .unwrap_or_default()
                 .to_string_lossy()
@@ -68,6 +73,29 @@ impl ScoredRun {
                 .collect(),
         })
     }
+}
+
+/// Refuses a folder without scores. The message says how a run gets them.
+fn ensure_is_scored(path: &Path) -> Result<(), UsageError> {
+    if path.join("scores.jsonl").is_file() {
+        return Ok(());
+    }
+    let name = path.display();
+    let Ok(config) = fs::read_to_string(path.join("config.toml")) else {
+        return Err(UsageError(format!(
+            "{name} is not a run folder: it has no config.toml"
+        )));
+    };
+    let is_implicit = config
+        .parse::<toml::Table>()
+        .is_ok_and(|config| config.contains_key("implicit"));
+    Err(UsageError(if is_implicit {
+        format!("{name} is a run of the implicit probe, whose tables are in {name}/tables.md")
+    } else {
+        format!(
+            "the run in {name} has no scores; finish it with --resume, or score its backbones with `partprobe eval {name}`"
+        )
+    }))
 }
 
 /// The identity of a shape in a run.

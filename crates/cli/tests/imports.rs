@@ -87,7 +87,48 @@ fn labels_are_checked_before_anything_is_trained() {
         reason.starts_with("there are 2 labels in order, and the shape has"),
         "{reason}"
     );
-    assert!(checked[0]["unused"].to_string().contains("stranger.seg"));
+    // The file of the refused shape is its own.
+    assert_eq!(checked[0]["unused"], serde_json::json!(["stranger.seg"]));
+}
+
+#[test]
+fn labels_that_seem_to_be_classes_are_reported() {
+    let folder = labeled_parts(2);
+    let root = folder.path();
+    let hint = "a label whose faces are not connected; if the labels are classes";
+    let table = |more: &[&str]| {
+        let arguments = ["check", "labels", "labels", "--data", "data"];
+        check(root, &[&arguments[..], more].concat(), 0, "")
+    };
+    assert!(!table(&[]).contains(hint), "each face is a label");
+
+    // Two faces that do not touch are of one class, and all other faces have labels of their own.
+    for entry in index(&root.join("data")) {
+        let ids = face_ids(root, &entry);
+        let carrier = fs::read(root.join("data").join(entry["file"].as_str().unwrap())).unwrap();
+        let members = arrays_from_npz(&carrier).unwrap();
+        let Values::U32(edges) = members.array("edge_faces").unwrap().values().clone() else {
+            panic!("edges are pairs of face indices");
+        };
+        let touches = |face: u32| {
+            edges
+                .chunks(2)
+                .any(|edge| [[0, face], [face, 0]].iter().any(|pair| edge == pair))
+        };
+        let far = (1..ids.len() as u32).find(|&face| !touches(face)).unwrap();
+        let labels: serde_json::Map<String, serde_json::Value> = (0..)
+            .zip(&ids)
+            .map(|(number, id)| {
+                let label = if number == far { 0 } else { number };
+                (id.to_string(), serde_json::Value::from(label))
+            })
+            .collect();
+        let text = serde_json::Value::Object(labels).to_string();
+        fs::write(label_file(root, &entry, "json"), text).unwrap();
+    }
+    assert!(table(&[]).contains(&format!("2 shapes have {hint}")));
+    let instances = ["--type", "faces", "--set", "instances=true"];
+    assert!(!table(&instances).contains(hint));
 }
 
 #[test]

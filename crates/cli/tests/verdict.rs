@@ -91,7 +91,14 @@ fn wrong_questions_are_refused() {
             verdict(&["--mine", "step-parts"]),
             "`step-parts` is compared with itself",
         ),
-        (verdict(&["--mine", "step-part"]), "step-part"),
+        (
+            verdict(&["--mine", "step-part"]),
+            "there is no file or folder step-part, and `step-part` is not a label source",
+        ),
+        (
+            verdict(&["--mine", "typo/"]),
+            "there is no file or folder typo/; give an existing path of labels",
+        ),
         (
             verdict(&["--mine", "brep-face", "--budget", "1"]),
             "is not a time",
@@ -99,6 +106,34 @@ fn wrong_questions_are_refused() {
         (verdict(&["--mine", "parts"]), "do not join to the shapes"),
     ] {
         check(root.path(), &args, 2, expected);
+        assert!(!root.path().join("v").exists(), "{expected}");
+    }
+}
+
+#[test]
+fn data_that_cannot_decide_are_refused_before_a_training() {
+    let root = tempfile::tempdir().unwrap();
+    generated_parts(root.path(), "40");
+    let verdict = |mine: &'static str, split: &'static str| {
+        let mut args = vec!["verdict", "--mine", mine, "--data", "dataset", "--out", "v"];
+        args.extend(SMALL);
+        args.extend(["--set", split]);
+        args
+    };
+    let half = "split={ train = 0.4, valid = 0.1, test = 0.5 }";
+    let tenth = "split={ train = 0.8, valid = 0.1, test = 0.1 }";
+    for (args, expected) in [
+        (
+            verdict("ward-20", tenth),
+            "files or repositories, and a verdict needs at least 10. With this split, about ",
+        ),
+        (
+            verdict("capped-step-parts", half),
+            "`capped-step-parts` and `step-parts` label all ",
+        ),
+    ] {
+        check(root.path(), &args, 2, expected);
+        assert!(!root.path().join("v").exists(), "{expected}");
     }
 }
 

@@ -85,7 +85,7 @@ pub enum VerdictError {
     NoShapes,
     /// There are too few groups of related shapes.
     #[error(
-        "the test shapes are of {found} files or repositories, and an interval needs at least {needed}; give more files"
+        "the held-out shapes with 2 to 19 parts are from {found} files or repositories, and a verdict needs at least {needed}"
     )]
     FewGroups {
         /// The number of groups.

@@ -138,6 +138,16 @@ impl<T> Entries<T> {
         }
     }
 
+    /// The names of the entries that are named after a shape, also if it is not certain which one is meant.
+    pub(crate) fn names_of_shape(&self, id: &str) -> Vec<String> {
+        let indices = match self.keys.of_shape(id) {
+            Found::Nothing => Vec::new(),
+            Found::These(indices) | Found::Ambiguous(indices) => indices,
+        };
+        let name = |idx: usize| self.entries[idx].name.clone();
+        indices.into_iter().map(name).collect()
+    }
+
     /// The reason why a shape without an entry has no labels. Its entry may be damaged, so that it names no shape.
     fn without_labels(&self) -> JoinProblem {
         let damaged = self

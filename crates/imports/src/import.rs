@@ -22,6 +22,9 @@ pub trait Import: Send + Sync {
     /// # Errors
     /// If the labels cannot be listed.
     fn entries(&self) -> Result<Vec<String>, ImportError>;
+
+    /// The names of the entries that are named after a shape. Their labels may not fit it.
+    fn entries_of(&self, id: &str) -> Vec<String>;
 }
 
 /// The labels of a shape, and a report of the join.
@@ -69,6 +72,9 @@ pub struct JoinReport {
     pub unlabeled: Vec<String>,
     /// The names of labels that are not used.
     pub unused: Vec<String>,
+    /// The number of labels whose faces are not all connected. Labels that are classes usually have such faces, and labels of parts
+    /// do not. It is 0 if the labels are not of faces, or if connected faces were already separated.
+    pub n_separate: usize,
 }
 
 /// The largest number of names in a message. Further ones are only counted.

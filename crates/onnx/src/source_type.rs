@@ -135,6 +135,11 @@ impl Import for ModelLabels {
     fn entries(&self) -> Result<Vec<String>, ImportError> {
         Ok(vec![self.path.clone()])
     }
+
+    /// The model is for all shapes.
+    fn entries_of(&self, _id: &str) -> Vec<String> {
+        vec![self.path.clone()]
+    }
 }
 
 /// The labels of a shape.

@@ -4,6 +4,7 @@ use super::damaged_json::damaged_json;
 use super::longer::{ensure_longer, is_of_length};
 use super::scoring_keys::is_scoring;
 use crate::config::{Config, differences, listed};
+use crate::run_path::run_path;
 use crate::usage::UsageError;
 use anyhow::{Context, Result, bail, ensure};
 use partprobe_dataset::{is_locked_elsewhere, write_atomically};
@@ -67,13 +68,14 @@ impl RunFolder {
         Ok(folder)
     }
 
-    /// Opens the folder of a run.
+    /// Opens the folder of a run. The folder of a verdict means the run in it.
     ///
     /// # Errors
     /// If it has no `config.toml`, or another program works in it.
     pub(crate) fn existing(root: &Path) -> Result<Self> {
-        ensure_is_run(root)?;
-        Self::locked(root)
+        let root = run_path(root);
+        ensure_is_run(&root)?;
+        Self::locked(&root)
     }
 
     fn locked(root: &Path) -> Result<Self> {
@@ -102,11 +104,9 @@ impl RunFolder {
     /// # Errors
     /// If it holds no `config.toml`.
     pub(crate) fn open_read_only(root: &Path) -> Result<Self> {
-        ensure_is_run(root)?;
-        Ok(Self {
-            root: root.to_owned(),
-            _lock: None,
-        })
+        let root = run_path(root);
+        ensure_is_run(&root)?;
+        Ok(Self { root, _lock: None })
     }
 
     /// Refuses a config that differs from the one with which the run was started. A config that only makes the training longer

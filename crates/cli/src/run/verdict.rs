@@ -5,9 +5,9 @@ use super::scoring_context::{Boundaries, ScoringContext};
 use super::stages::Run;
 use crate::config::Config;
 use crate::usage::UsageError;
-use anyhow::{Result, ensure};
-use partprobe_eval::{MIOU, ScoreRow, VerdictError, VerdictSettings};
-use std::collections::BTreeSet;
+use anyhow::{Result, bail, ensure};
+use partprobe_eval::{KBin, MIOU, ScoreRow, VerdictError, VerdictSettings};
+use std::collections::{BTreeMap, BTreeSet};
 
 /// The settings of a verdict: it compares mIoU by the first clusterer, against every reference of the config.
 pub(crate) fn verdict_settings(config: &Config, compared: [String; 2]) -> VerdictSettings {
@@ -27,14 +27,54 @@ impl Run<'_> {
     /// # Errors
     /// If there are too few.
     pub(crate) fn ensure_test_groups(&self) -> Result<()> {
+        let reference = &self.config.references()[0];
         let test = self.data.test()?;
-        let groups: BTreeSet<&str> = test.iter().map(|shape| shape.group.as_str()).collect();
+        let mut groups: BTreeSet<&str> = BTreeSet::new();
+        for shape in test {
+            // Only these shapes are in the mean that a verdict compares.
+            if KBin::of(n_labels(shape.labels_by(reference)?)).is_in_mean() {
+                groups.insert(&shape.group);
+            }
+        }
         let (found, needed) = (groups.len(), self.config.eval.bootstrap().least_groups);
+        let few = VerdictError::FewGroups { found, needed };
         ensure!(
             found >= needed,
-            UsageError(VerdictError::FewGroups { found, needed }.to_string())
+            UsageError(format!("{few}{}", self.sufficient_groups(found, needed)))
         );
         Ok(())
+    }
+
+    /// Refuses two sources that label all shapes alike, because their backbones are then the same.
+    ///
+    /// # Errors
+    /// If they do.
+    pub(crate) fn ensure_different_labels(&self, [first, second]: [&str; 2]) -> Result<()> {
+        let shapes = &self.data.shapes;
+        for shape in shapes.values() {
+            if !is_same_partition(shape.labels_by(first)?, shape.labels_by(second)?) {
+                return Ok(());
+            }
+        }
+        bail!(UsageError(format!(
+            "`{first}` and `{second}` label all {} shapes alike, so there is nothing to compare",
+            shapes.len()
+        )))
+    }
+
+    /// A text about the number of files that is enough for this number of test groups. It is empty if no group was found.
+    fn sufficient_groups(&self, found: usize, needed: usize) -> String {
+        let shapes = self.data.shapes.values();
+        let all: BTreeSet<&str> = shapes.map(|shape| shape.group.as_str()).collect();
+        if found == 0 {
+            return String::new();
+        }
+        format!(
+            ". With this split, about {} of them are enough, and there are {}; `--set 'split={{ train = 0.5, valid = 0.1, test = \
+             0.4 }}'` tests more of them",
+            (all.len() * needed).div_ceil(found),
+            all.len()
+        )
     }
 
     /// The points of the held-out shapes near boundaries of reference parts, which all trainings share.
@@ -69,5 +109,49 @@ impl Run<'_> {
             folder: None,
         };
         evaluate(&context, &scored, &test, &self.execution.progress)
+    }
+}
+
+/// The number of different labels of points. Negative ones are not counted.
+fn n_labels(labels: &[i32]) -> usize {
+    let labels: BTreeSet<i32> = labels.iter().copied().filter(|&label| label >= 0).collect();
+    labels.len()
+}
+
+/// Whether two lists of labels divide the points alike, by whatever numbers. Points without a label must be the same.
+fn is_same_partition(first: &[i32], second: &[i32]) -> bool {
+    let is_function = |from: &[i32], to: &[i32]| {
+        let mut image = BTreeMap::new();
+        from.iter()
+            .zip(to)
+            .all(|(from, to)| image.entry(*from).or_insert(*to) == to && (*from < 0) == (*to < 0))
+    };
+    first.len() == second.len() && is_function(first, second) && is_function(second, first)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn partitions_are_compared_without_their_numbers() {
+        for (second, is_same) in [
+            ([3, 3, 1, -1], true),
+            ([0, 0, 1, -1], true),
+            ([0, 1, 1, -1], false),
+            ([0, 0, 0, -1], false),
+            ([0, 0, 1, 2], false),
+        ] {
+            assert_eq!(
+                is_same_partition(&[0, 0, 5, -1], &second),
+                is_same,
+                "{second:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn labels_are_counted_without_negative_ones() {
+        assert_eq!(n_labels(&[4, -1, 4, 0, -2]), 2);
     }
 }

@@ -158,7 +158,7 @@ impl Verb {
             #[cfg(feature = "train")]
             Self::Rerun(args) => rerun::rerun(args),
             Self::Expect(args) => expect::expect(args).map(done),
-            Self::Report(args) => report::report(args).map(done),
+            Self::Report(args) => report::report(args),
             Self::Runs(args) => runs::runs(args).map(done),
             #[cfg(feature = "train")]
             Self::Verdict(args) => verdict::verdict(args),

@@ -2,6 +2,7 @@
 
 use crate::counted::counted;
 use crate::scored_run::ScoredRun;
+use crate::stderr;
 use crate::stdout::{print_line, print_result, print_result_tables};
 use crate::usage::UsageError;
 use anyhow::{Result, bail, ensure};
@@ -10,6 +11,7 @@ use partprobe_eval::{Bootstrap, ScoreRow, TableSettings, Tables, tables};
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
+use std::process::ExitCode;
 
 /// The number of draws of the bootstrap.
 const DRAWS: usize = 2000;
@@ -23,9 +25,12 @@ const DRAWS: usize = 2000;
 
 A row is a run and the label source that it was trained on, as in `chord:step-parts`. Rows without a training come from the first
 run that has them. With two runs, the last row is the difference between their first label sources.
+A folder that is not a scored run is named and left out. The folder of a verdict means the run in it, which has scores after
+`partprobe eval`.
 A shape counts if every run was scored on it against the same reference, with the same mesh and the same labels.
 With one run, its tables are computed again from its scores.
-With --html, the page `report.html` of one run is written again.")]
+With --html, the page `report.html` of one run is written again.
+Exit codes: 0 done, 1 a folder was left out.")]
 pub(crate) struct ReportArgs {
     /// The run folders.
     #[arg(value_name = "RUN", required = true)]
@@ -55,30 +60,58 @@ struct Report<'a> {
 /// A shape under a reference.
 type Key<'a> = (&'a str, &'a str);
 
-/// Prints the table of the runs.
+/// Prints the table of the runs. The exit code shows whether a folder was left out.
 ///
 /// # Errors
-/// If a folder is not a scored run, two runs have the same name, or they have no test shape in common.
-pub(crate) fn report(args: &ReportArgs) -> Result<()> {
+/// If no folder is a scored run, two runs have the same name, or they have no test shape in common.
+pub(crate) fn report(args: &ReportArgs) -> Result<ExitCode> {
     #[cfg(feature = "train")]
     if let Some(file) = &args.html {
-        return write_page(args, file);
+        write_page(args, file)?;
+        return Ok(ExitCode::SUCCESS);
     }
-    let runs: Vec<ScoredRun> = args
-        .runs
-        .iter()
-        .map(|path| ScoredRun::read(path))
-        .collect::<Result<_>>()?;
+    let runs = scored_runs(&args.runs)?;
+    print_report(args, &runs)?;
+    Ok(if runs.len() == args.runs.len() {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::FAILURE
+    })
+}
+
+/// The runs that have scores. The others are named on stderr.
+///
+/// # Errors
+/// If there are none.
+fn scored_runs(paths: &[PathBuf]) -> Result<Vec<ScoredRun>> {
+    let (mut runs, mut refused) = (Vec::new(), Vec::new());
+    for path in paths {
+        match ScoredRun::read(path) {
+            Ok(run) => runs.push(run),
+            Err(error) => refused.push(error),
+        }
+    }
+    if runs.is_empty() {
+        return Err(refused.swap_remove(0));
+    }
+    for error in refused {
+        stderr::print_line(format_args!("left out: {error:#}"));
+    }
+    Ok(runs)
+}
+
+/// Prints the tables of all runs, or of one.
+fn print_report(args: &ReportArgs, runs: &[ScoredRun]) -> Result<()> {
     for (idx, run) in runs.iter().enumerate() {
         ensure!(
             runs[..idx].iter().all(|other| other.name != run.name),
             UsageError(format!("two runs are called {}; rename a folder", run.name))
         );
     }
-    let of_name = common_shapes(&runs);
+    let of_name = common_shapes(runs);
     let common: BTreeSet<Key<'_>> = of_name
         .iter()
-        .filter(|(shape, reference)| is_same(&runs, shape, reference))
+        .filter(|(shape, reference)| is_same(runs, shape, reference))
         .copied()
         .collect();
     let n_others = distinct_shapes(&of_name) - distinct_shapes(&common);
@@ -91,8 +124,8 @@ pub(crate) fn report(args: &ReportArgs) -> Result<()> {
         ))
     );
 
-    let rows = joined_rows(&runs, &common);
-    let tables = joined_tables(args, &runs, &rows)?;
+    let rows = joined_rows(runs, &common);
+    let tables = joined_tables(args, runs, &rows)?;
     let n_common = distinct_shapes(&common);
     if args.json {
         let document = json_document(&Report {
@@ -114,7 +147,7 @@ pub(crate) fn report(args: &ReportArgs) -> Result<()> {
             ))
         )),
     }?;
-    partial_clusterers(&runs).iter().try_for_each(print_result)
+    partial_clusterers(runs).iter().try_for_each(print_result)
 }
 
 /// A sentence for each clusterer that not all runs were scored by: its tables lack the others.

@@ -1,6 +1,7 @@
 //! Runs `partprobe runs`: it lists run folders, each with its data, its sources and its main score.
 
 use crate::markdown_table::{Alignment, markdown_table};
+use crate::run_path::run_path;
 use crate::stdout::{print_line, print_tables};
 use crate::usage::UsageError;
 use anyhow::{Context, Result, ensure};
@@ -18,7 +19,7 @@ use std::path::{Path, PathBuf};
 
 A run is `scored` if it is complete, `trained` if it has weights but no scores, and `started` otherwise. The mIoU is that of its
 first label source against its first reference. A run of the implicit probe has no test shapes: all of its shapes are fitted, and
-its tables are in tables.md.")]
+its tables are in tables.md. The folder of a verdict is listed with the run in it, which has scores after `partprobe eval`.")]
 pub(crate) struct RunsArgs {
     /// The folder that contains the run folders.
     #[arg(value_name = "DIR", default_value = "runs")]
@@ -89,9 +90,11 @@ fn listed_runs(folder: &Path) -> Result<Vec<ListedRun>> {
     let entries = fs::read_dir(folder).with_context(|| format!("reading {}", folder.display()))?;
     let mut listed = Vec::new();
     for entry in entries {
-        let path = entry?.path();
+        let entry = entry?;
+        let path = run_path(&entry.path());
         if path.join("config.toml").is_file() {
-            listed.push(listed_run(&path));
+            let name = entry.file_name().to_string_lossy().into_owned();
+            listed.push(listed_run(name, &path));
         }
     }
     ensure!(
@@ -102,7 +105,7 @@ fn listed_runs(folder: &Path) -> Result<Vec<ListedRun>> {
     Ok(listed)
 }
 
-fn listed_run(path: &Path) -> ListedRun {
+fn listed_run(name: String, path: &Path) -> ListedRun {
     let json = |file: &str| -> Option<Value> {
         serde_json::from_slice(&fs::read(path.join(file)).ok()?).ok()
     };
@@ -138,11 +141,7 @@ fn listed_run(path: &Path) -> ListedRun {
     // An evaluation before the last training has the rows without a training, but lacks some of these rows.
     let has_scores = supervision.iter().all(|name| row_of(name).is_some());
     ListedRun {
-        run: path
-            .file_name()
-            .unwrap_or_default()
-            .to_string_lossy()
-            .into_owned(),
+        run: name,
         state: match is_implicit {
             true => state_of_implicit(path),
             false => state(path, has_scores, &supervision, &seeds),

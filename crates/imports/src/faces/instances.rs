@@ -2,6 +2,7 @@
 
 use super::face_labels::RawLabel;
 use partprobe_carrier::{FaceGraph, IGNORE};
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Numbers the connected sets of faces with one class, in the order of their lowest faces. All faces of the background class have
 /// one label, even if they are not connected. Faces without a class have no label.
@@ -51,6 +52,20 @@ pub(super) fn of_classes(
     labels
 }
 
+/// The number of classes whose faces are not all connected.
+pub(super) fn n_separate(graph: &FaceGraph, classes: &[RawLabel]) -> usize {
+    let mut instances_of: BTreeMap<&str, BTreeSet<i32>> = BTreeMap::new();
+    for (class, instance) in classes.iter().zip(of_classes(graph, classes, None)) {
+        if let Some(class) = class {
+            instances_of.entry(class).or_default().insert(instance);
+        }
+    }
+    instances_of
+        .values()
+        .filter(|instances| instances.len() > 1)
+        .count()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -58,7 +73,12 @@ mod tests {
 
     #[track_caller]
     fn check(classes: &str, edges: &[[u32; 2]], background: Option<&str>, expected: &[i32]) {
-        let graph = FaceGraph {
+        let found = of_classes(&graph(edges), &labels(classes), background);
+        assert_eq!(found, expected);
+    }
+
+    fn graph(edges: &[[u32; 2]]) -> FaceGraph {
+        FaceGraph {
             faces: Vec::new(),
             edges: edges
                 .iter()
@@ -68,12 +88,27 @@ mod tests {
                     length: 1.0,
                 })
                 .collect(),
-        };
-        let classes: Vec<RawLabel> = classes
+        }
+    }
+
+    /// A label per character. A face with `-` has none.
+    fn labels(classes: &str) -> Vec<RawLabel> {
+        classes
             .chars()
             .map(|class| (class != '-').then(|| class.to_string()))
-            .collect();
-        assert_eq!(of_classes(&graph, &classes, background), expected);
+            .collect()
+    }
+
+    #[test]
+    fn classes_with_separate_faces_are_counted() {
+        let chain = [[0, 1], [1, 2], [2, 3], [3, 4]];
+        for (classes, expected) in [("aabbb", 0), ("aabaa", 1), ("ababa", 2), ("a-a-b", 1)] {
+            assert_eq!(
+                n_separate(&graph(&chain), &labels(classes)),
+                expected,
+                "{classes}"
+            );
+        }
     }
 
     #[test]

@@ -242,13 +242,16 @@ impl Import for Faces {
         let (entries, labels) = self.labels_of(&carrier.meta().id)?;
         let background = self.background.as_deref();
         let joined = join::join(carrier, &labels, self.by, self.scope, background)?;
-        let label_of_face = if self.instances {
-            instances::of_classes(carrier.graph(), &joined.label_of_face, background)
+        let graph = carrier.graph();
+        let (label_of_face, n_separate) = if self.instances {
+            let labels = instances::of_classes(graph, &joined.label_of_face, background);
+            (labels, 0)
         } else {
-            join::numbered(&joined.label_of_face)
+            let labels = join::numbered(&joined.label_of_face);
+            (labels, instances::n_separate(graph, &joined.label_of_face))
         };
 
-        let faces = &carrier.graph().faces;
+        let faces = &graph.faces;
         let unlabeled = faces
             .iter()
             .zip(&joined.label_of_face)
@@ -263,6 +266,7 @@ impl Import for Faces {
                 .map(|(face, _)| format!("#{}", face.step_id))
                 .collect(),
             unused: joined.unused,
+            n_separate,
         };
         let bytes: Vec<u8> = label_of_face
             .iter()
@@ -291,5 +295,12 @@ impl Import for Faces {
             .as_ref()
             .map(Entries::names)
             .unwrap_or_default())
+    }
+
+    fn entries_of(&self, id: &str) -> Vec<String> {
+        self.entries
+            .as_ref()
+            .map(|entries| entries.names_of_shape(id))
+            .unwrap_or_default()
     }
 }

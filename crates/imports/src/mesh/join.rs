@@ -150,6 +150,7 @@ pub(crate) fn with_report(
             .map(|(triangle, _): (u32, _)| format!("triangle {triangle}"))
             .collect(),
         unused: joined.unused,
+        n_separate: 0,
     };
     if report.n_matched == 0 {
         return Err(JoinProblem::Refused(format!(

@@ -277,4 +277,8 @@ impl Import for MeshLabels {
     fn entries(&self) -> Result<Vec<String>, ImportError> {
         Ok(self.entries.names())
     }
+
+    fn entries_of(&self, id: &str) -> Vec<String> {
+        self.entries.names_of_shape(id)
+    }
 }

@@ -286,6 +286,12 @@ impl Import for PartField {
     fn entries(&self) -> Result<Vec<String>, ImportError> {
         Ok(self.levels.names())
     }
+
+    fn entries_of(&self, id: &str) -> Vec<String> {
+        let exported = self.map.as_ref().and_then(|map| map.shape(id).ok());
+        let name = exported.as_ref().map_or(id, |shape| shape.name);
+        self.levels.names_of_shape(name)
+    }
 }
 
 #[cfg(test)]

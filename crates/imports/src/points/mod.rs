@@ -255,6 +255,7 @@ impl Import for PointLabels {
                 .map(|(triangle, _)| format!("triangle {triangle}"))
                 .collect(),
             unused: Vec::new(),
+            n_separate: 0,
         };
         if report.n_matched == 0 {
             return Err(JoinProblem::Refused(
@@ -273,5 +274,9 @@ impl Import for PointLabels {
 
     fn entries(&self) -> Result<Vec<String>, ImportError> {
         Ok(self.entries.names())
+    }
+
+    fn entries_of(&self, id: &str) -> Vec<String> {
+        self.entries.names_of_shape(id)
     }
 }

@@ -80,12 +80,21 @@ pub(super) fn check_labels(args: &LabelsArgs) -> Result<()> {
     }
 }
 
+/// A type of label files with which labels can be joined to shapes without refusals.
+#[cfg(feature = "train")]
+pub(crate) struct JoiningType {
+    /// The name of the type.
+    pub(crate) name: &'static str,
+    /// Advice if the labels seem to be classes.
+    pub(crate) hint: Option<String>,
+}
+
 /// The types of label files with which these labels can be joined to shapes of the data set without refusals.
 ///
 /// # Errors
 /// If the data set cannot be read.
 #[cfg(feature = "train")]
-pub(crate) fn types_that_join(labels: &str, data: &Path) -> Result<Vec<&'static str>> {
+pub(crate) fn types_that_join(labels: &str, data: &Path) -> Result<Vec<JoiningType>> {
     let context = SourceContext::default()
         .with_files(Arc::new(DiskFiles))
         .with("path", labels);
@@ -94,7 +103,10 @@ pub(crate) fn types_that_join(labels: &str, data: &Path) -> Result<Vec<&'static 
     for import_type in IMPORT_TYPES {
         let check = check_type(import_type, &context, &dataset, false)?;
         if check.is_sound() {
-            types.push(check.name);
+            types.push(JoiningType {
+                name: check.name,
+                hint: check.class_hint(),
+            });
         }
     }
     Ok(types)
@@ -124,7 +136,7 @@ struct TypeCheck {
     /// The reason why no shape is joined, if the type was not given by the user.
     refused: Option<String>,
     shapes: Vec<ShapeCheck>,
-    /// Label files, or entries of one, that no shape uses.
+    /// Label files, or entries of one, that belong to no shape of the data set.
     unused: Vec<String>,
     /// Advice if no label has the name of a shape.
     hint: Option<String>,
@@ -161,6 +173,8 @@ struct Join {
     n_labels: u32,
     unlabeled: Vec<String>,
     unused: Vec<String>,
+    /// The number of labels whose faces are not all connected.
+    n_separate: usize,
     #[serde(skip)]
     text: String,
 }
@@ -220,11 +234,12 @@ fn check_type(
     let is_named = |shape: &ShapeCheck| !matches!(shape.outcome, Outcome::WithoutLabels);
     let hint = (!shapes.iter().any(is_named)).then(|| without_names(&unused, &shapes));
 
-    let used: BTreeSet<&String> = shapes
-        .iter()
-        .filter_map(|shape| shape.outcome.join())
-        .flat_map(|join| &join.entries)
-        .collect();
+    let entries_of = |shape: &ShapeCheck| match shape.outcome.join() {
+        Some(join) => join.entries.clone(),
+        // The labels of a refused shape are not those of another shape.
+        None => import.entries_of(&shape.id),
+    };
+    let used: BTreeSet<String> = shapes.iter().flat_map(entries_of).collect();
     unused.retain(|entry| !used.contains(entry));
     Ok(TypeCheck {
         name: import_type.name,
@@ -289,6 +304,7 @@ fn join_of(report: JoinReport, n_labels: u32) -> Join {
         n_labels,
         unlabeled: report.unlabeled,
         unused: report.unused,
+        n_separate: report.n_separate,
     }
 }
 
@@ -314,6 +330,20 @@ impl TypeCheck {
             .iter()
             .filter(|shape| is_counted(&shape.outcome))
             .count()
+    }
+
+    /// Advice if labels seem to be classes: their faces are not connected.
+    fn class_hint(&self) -> Option<String> {
+        let is_separate =
+            |outcome: &Outcome| outcome.join().is_some_and(|join| join.n_separate > 0);
+        let n_shapes = self.count(is_separate);
+        (n_shapes > 0).then(|| {
+            format!(
+                "{} a label whose faces are not connected; if the labels are classes, such as `hole`, set `instances = true`, so that \
+                 each connected set of faces is a part of its own",
+                counted(n_shapes, "shape has", "shapes have")
+            )
+        })
     }
 
     /// The number of shapes that were joined in each way.
@@ -379,7 +409,7 @@ impl fmt::Display for TypeCheck {
         let table = markdown_table(["labels", "shapes"], [Left, Right], rows);
         write!(f, "\n\n{table}\n")?;
 
-        if let Some(hint) = &self.hint {
+        for hint in self.hint.iter().chain(&self.class_hint()) {
             write!(f, "\n{hint}")?;
         }
         let problems = self.problems();

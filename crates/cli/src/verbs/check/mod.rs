@@ -7,5 +7,5 @@ mod pointcept;
 mod verb;
 
 #[cfg(feature = "train")]
-pub(crate) use labels::types_that_join;
+pub(crate) use labels::{JoiningType, types_that_join};
 pub(crate) use verb::{CheckArgs, check};

@@ -4,13 +4,40 @@ use crate::run::RunFolder;
 use anyhow::{Context, Result};
 use partprobe_eval::LOOK_LIMITS;
 use serde_json::Value;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// The smallest number of updates. With fewer updates, the backbones of all sources are similar.
 const FEWEST_UPDATES: usize = 200;
 
 /// The largest number of updates. With more updates, scores hardly increase.
 const MOST_UPDATES: usize = 20_000;
+
+/// A verdict may take this much longer than its budget, as a fraction of the budget, before it stops without the last seeds.
+const TOLERANCE: f64 = 0.25;
+
+/// A budget of time, and the time at which the verdict began.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Budget {
+    pub(super) begun: Instant,
+    pub(super) total: Duration,
+}
+
+impl Budget {
+    /// The time that is left.
+    pub(super) fn left(self) -> Duration {
+        self.total.saturating_sub(self.begun.elapsed())
+    }
+
+    /// Whether a further seed would end too long after the budget. The speed was measured only once, and the machine may be slower
+    /// now.
+    pub(super) fn is_too_short_for(self, time_per_seed: Duration) -> bool {
+        exceeds(self.begun.elapsed() + time_per_seed, self.total)
+    }
+}
+
+fn exceeds(end: Duration, total: Duration) -> bool {
+    end.as_secs_f64() > (1.0 + TOLERANCE) * total.as_secs_f64()
+}
 
 /// The times of a short training.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -81,6 +108,14 @@ mod tests {
         assert_eq!(within(6), Ok(500));
         assert_eq!(within(2), Err(Duration::from_secs(180)));
         assert_eq!(within(600), Ok(20_000));
+    }
+
+    #[test]
+    fn a_seed_may_end_a_little_after_the_budget() {
+        let minutes = |n: u64| Duration::from_secs(60 * n);
+        for (end, is_too_late) in [(59, false), (74, false), (76, true)] {
+            assert_eq!(exceeds(minutes(end), minutes(60)), is_too_late, "{end}");
+        }
     }
 
     #[test]

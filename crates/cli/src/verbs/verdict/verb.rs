@@ -1,6 +1,6 @@
 //! Trains both sources seed by seed, and looks at the scores after each seed.
 
-use super::budget::Speed;
+use super::budget::{Budget, Speed};
 use super::mine::Mine;
 use super::sentence::{Finding, error_rate};
 use crate::MISSED_BOUND;
@@ -15,7 +15,7 @@ use crate::usage::{UsageError, as_usage_error};
 use crate::verbs::run::labeled_into;
 use anyhow::{Context, Result, ensure};
 use partprobe_dataset::{Dataset, json_document};
-use partprobe_eval::{FalseAlarms, Look, ScoreRow, Verdict, VerdictSettings, look};
+use partprobe_eval::{FalseAlarms, LOOK_LIMITS, Look, ScoreRow, Verdict, VerdictSettings, look};
 use serde::Serialize;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -48,7 +48,7 @@ pub(crate) struct VerdictArgs {
     #[arg(long, value_name = "PATH", num_args = 1.., required = true)]
     data: Vec<PathBuf>,
     /// The time for all trainings and scores, for example 60m or 2h. The program first measures its speed, and then chooses the
-    /// number of updates.
+    /// number of updates. If the trainings turn out to be slower, a seed that would end more than a quarter later is not trained.
     #[arg(long, value_name = "TIME", default_value = "60m", value_parser = time)]
     budget: Duration,
     /// The number of updates of each training, instead of --budget. The verdict then does not depend on the machine.
@@ -98,6 +98,7 @@ struct VerdictFile<'a> {
     updates: usize,
     verdict: Verdict,
     looks: &'a [Look],
+    is_stopped_by_budget: bool,
     false_alarms: &'a FalseAlarms,
     sentence: &'a str,
 }
@@ -123,8 +124,14 @@ pub(crate) fn verdict(args: &VerdictArgs) -> Result<ExitCode> {
     );
     let dataset = labeled(args, &root, &execution)?;
     let session = Session::new(args, &root, &dataset, &execution)?;
-    let n_updates = session.updates(begun)?;
-    session.decide(n_updates)
+    let budget = Budget {
+        begun,
+        total: args.budget,
+    };
+    let n_updates = session.updates(budget)?;
+    // Without a budget of its own, and for a resumed verdict, all seeds are trained.
+    let has_budget = args.updates.is_none() && !args.resume;
+    session.decide(n_updates, has_budget.then_some(budget))
 }
 
 /// The labeled data set: given by the user, or labeled into the folder.
@@ -156,11 +163,19 @@ impl<'a> Session<'a> {
         dataset: &'a Dataset,
         execution: &'a Execution,
     ) -> Result<Self> {
-        let mine = Mine::find(&args.mine, args.import_type.as_deref(), dataset.root())?;
+        let mine = Mine::find(
+            &args.mine,
+            args.import_type.as_deref(),
+            dataset.root(),
+            &args.execution.set,
+        )?;
         ensure!(
             mine.name != args.against,
             UsageError(format!("`{}` is compared with itself", mine.name))
         );
+        if let Some(hint) = &mine.hint {
+            execution.progress.note(hint);
+        }
         Ok(Self {
             args,
             root,
@@ -170,6 +185,11 @@ impl<'a> Session<'a> {
             false_alarms: serde_json::from_str(FALSE_ALARMS)
                 .context("the false alarms that are built in")?,
         })
+    }
+
+    /// The names of both sources.
+    fn compared(&self) -> [&str; 2] {
+        [&self.mine.name, &self.args.against]
     }
 
     /// The config of the trainings.
@@ -204,7 +224,7 @@ impl<'a> Session<'a> {
     }
 
     /// The number of updates: that of a resumed verdict, the requested one, or the largest one that fits into the budget.
-    fn updates(&self, begun: Instant) -> Result<usize> {
+    fn updates(&self, budget: Budget) -> Result<usize> {
         let config_file = self.root.join("run/config.toml");
         if config_file.exists() {
             let steps = load(&config_file.to_string_lossy(), &[])?
@@ -223,13 +243,11 @@ impl<'a> Session<'a> {
             return Ok(n_updates);
         }
         let speed = self.speed()?;
-        let budget = self.args.budget;
-        let left = budget.saturating_sub(begun.elapsed());
-        speed.updates_within(left).map_err(|least| {
-            let minutes = (least + begun.elapsed()).as_secs_f64() / 60.0;
+        speed.updates_within(budget.left()).map_err(|least| {
+            let minutes = (least + budget.begun.elapsed()).as_secs_f64() / 60.0;
             anyhow::Error::from(UsageError(format!(
                 "a budget of {:.0} minutes is too small for these shapes; give at least {:.0}m",
-                budget.as_secs_f64() / 60.0,
+                budget.total.as_secs_f64() / 60.0,
                 minutes.ceil()
             )))
         })
@@ -245,7 +263,12 @@ impl<'a> Session<'a> {
         }
         let folder = RunFolder::open(&path, &loaded.merged, false)?;
         let mut run = self.run(&loaded, &folder)?;
-        ensure_enough_groups(&run, &path)?;
+        if let Err(error) = ensure_decidable(&run, self.compared(), &path) {
+            if is_new {
+                remove_if_empty(self.root);
+            }
+            return Err(error);
+        }
         let seed = loaded.config.compare.seeds[0];
         run.train(&self.mine.name, seed, &self.args.training)?;
         let boundaries = run.boundaries()?;
@@ -256,9 +279,7 @@ impl<'a> Session<'a> {
         drop(folder);
         fs::remove_dir_all(&path)?;
         if is_new {
-            // An empty folder is removed, so that nothing is left if the budget is too small. A folder with other content is
-            // kept.
-            let _ = fs::remove_dir(self.root);
+            remove_if_empty(self.root);
         }
         Ok(speed)
     }
@@ -269,11 +290,11 @@ impl<'a> Session<'a> {
     }
 
     /// Trains seed by seed until a look decides, and prints the result.
-    fn decide(&self, n_updates: usize) -> Result<ExitCode> {
+    fn decide(&self, n_updates: usize, budget: Option<Budget>) -> Result<ExitCode> {
         let loaded = self.config(n_updates)?;
         let folder = RunFolder::open(&self.root.join("run"), &loaded.merged, self.args.resume)?;
         let mut run = self.run(&loaded, &folder)?;
-        ensure_enough_groups(&run, folder.root())?;
+        ensure_decidable(&run, self.compared(), folder.root())?;
         remember_data(&folder, self.dataset.root())?;
         let settings = VerdictSettings {
             seed_deviation: self.false_alarms.seed_deviation,
@@ -287,6 +308,8 @@ impl<'a> Session<'a> {
         let begun = Instant::now();
         let mut rows: Vec<ScoreRow> = Vec::new();
         let mut looks: Vec<Look> = Vec::new();
+        let mut time_per_seed = Duration::ZERO;
+        let mut stopped_after = None;
         for &seed in &loaded.config.compare.seeds {
             for source in &loaded.config.compare.supervision {
                 run.train(source, seed, &self.args.training)?;
@@ -296,21 +319,27 @@ impl<'a> Session<'a> {
             self.execution.progress.note(&progress_line(&found));
             let is_last = found.is_last();
             looks.push(found);
+            time_per_seed = begun.elapsed() / looks.len() as u32;
             if is_last {
                 break;
             }
+            if budget.is_some_and(|budget| budget.is_too_short_for(time_per_seed)) {
+                stopped_after = Some(looks.len());
+                break;
+            }
         }
-        let time_per_seed = begun.elapsed() / looks.len().max(1) as u32;
         let last = looks.last().context("no seed to train with")?;
-        let sentence = Finding {
+        let finding = Finding {
             mine: &self.mine.name,
             against: &self.args.against,
             references: &settings.references,
             n_updates,
             look: last,
             time_per_seed,
-        }
-        .sentence();
+        };
+        let sentence = [Some(finding.sentence()), stopped_after.map(stop_sentence)];
+        let sentence: Vec<String> = sentence.into_iter().flatten().collect();
+        let sentence = sentence.join("\n");
         self.report(&VerdictFile {
             mine: &self.mine.name,
             against: &self.args.against,
@@ -318,6 +347,7 @@ impl<'a> Session<'a> {
             updates: n_updates,
             verdict: last.verdict,
             looks: &looks,
+            is_stopped_by_budget: stopped_after.is_some(),
             false_alarms: &self.false_alarms,
             sentence: &sentence,
         })?;
@@ -355,17 +385,30 @@ impl<'a> Session<'a> {
     }
 }
 
+/// Removes a folder without content, so that nothing is left if the verdict is refused. A folder with other content is kept.
+fn remove_if_empty(folder: &Path) {
+    let _ = fs::remove_dir(folder);
+}
+
+/// A sentence about the seeds that were not trained, because the budget would be exceeded.
+fn stop_sentence(n_seeds: usize) -> String {
+    format!(
+        "The trainings took longer than the measured speed promised, so the budget ended after {n_seeds} of {} seeds. Repeat the \
+         command with --resume to train the others.",
+        LOOK_LIMITS.len()
+    )
+}
+
 /// Refuses data with which no look could decide, before any training, and removes the run folder if nothing was trained in it.
-fn ensure_enough_groups(run: &Run<'_>, folder: &Path) -> Result<()> {
-    if let Err(few) = run.ensure_test_groups() {
-        // A verdict of an earlier version trained first. Its weights must not be removed.
-        if folder.join("checkpoints").exists() {
-            return Err(few);
-        }
+fn ensure_decidable(run: &Run<'_>, compared: [&str; 2], folder: &Path) -> Result<()> {
+    let checked = run
+        .ensure_test_groups()
+        .and_then(|()| run.ensure_different_labels(compared));
+    // A verdict of an earlier version trained first. Its weights must not be removed.
+    if checked.is_err() && !folder.join("checkpoints").exists() {
         fs::remove_dir_all(folder).with_context(|| format!("removing {}", folder.display()))?;
-        return Err(few);
     }
-    Ok(())
+    checked
 }
 
 fn progress_line(look: &Look) -> String {
