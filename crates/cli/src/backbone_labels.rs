@@ -11,7 +11,7 @@ use partprobe_imports::parameters::files;
 use partprobe_imports::{Import, ImportError, ImportType, JoinProblem, JoinedLabels, ParameterKey};
 use partprobe_net::{Backend, Model, ModelFile, ShapeKeys, TokenConfig};
 use partprobe_onnx::{
-    Element, InputTensor, InputValues, Model as FeatureModel, OutputTensor, TensorSpec,
+    Element, InputTensor, InputValues, Model as FeatureModel, ONNX, OutputTensor, TensorSpec,
     labels_by_model,
 };
 use partprobe_sources::SourceContext;
@@ -21,6 +21,8 @@ pub(crate) const BACKBONE: ImportType = ImportType {
     name: "backbone",
     description: "clusters of the embeddings of a backbone that was trained here",
     keys: KEYS,
+    // The keys have the same values as those of the type `onnx`.
+    check_values: ONNX.check_values,
     make: |context| {
         let path = context.parameter("path").unwrap_or_default();
         let bytes = files(context)?
@@ -34,7 +36,7 @@ pub(crate) const BACKBONE: ImportType = ImportType {
 
 /// The keys of the type. They have the same meaning as the keys with the same names of the type `onnx`.
 const KEYS: &[ParameterKey] = &[
-    ParameterKey::required("path", "the weights, a file model.safetensors of a run"),
+    ParameterKey::required("path", "the weights, a file model.safetensors of a run").path(),
     ParameterKey::optional(
         "points",
         "how many points are sampled and embedded (as many as in the training)",

@@ -18,7 +18,7 @@ pub(crate) fn source_named(config: &Config, name: &str) -> Result<BoxedSource> {
         ResolvedSource::Imported(table) => {
             let context = table.context().with_files(Arc::new(DiskFiles));
             let import = open_source(&table.import_type, context);
-            let import = import.with_context(|| format!("label source `{name}`"))?;
+            let import = import.with_context(|| format!("sources.{name}"))?;
             Ok(Box::new(ImportedSource::new(name, import)))
         }
         ResolvedSource::BuiltIn(source) => Ok(source),

@@ -9,6 +9,7 @@ mod program;
 
 use program::{check, program};
 use std::fs;
+use std::path::Path;
 
 #[test]
 fn a_config_builds_on_others_and_an_error_names_its_file_and_line() {
@@ -62,6 +63,110 @@ fn a_config_builds_on_others_and_an_error_names_its_file_and_line() {
         2,
         "did you mean `smoke`?",
     );
+}
+
+#[test]
+fn a_wrong_value_is_found_by_the_check_with_its_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    // Each text begins in line 3.
+    for (text, error) in [
+        (
+            "[sources.mine]\ntype = \"faces\"\npath = \"x\"\nby = \"stepid\"",
+            "line 6: sources.mine: `by` is `stepid`; it must be one of auto, step-id, name, order, name-is-label; did you mean `step-id`?",
+        ),
+        (
+            "[sources.mine]\ntype = \"faces\"",
+            "line 4: sources.mine: type `faces` needs the key `path`; set it",
+        ),
+        (
+            "[sources.mine]\ntype = \"mesh\"\npath = \"x\"\nby = \"indexx\"",
+            "line 6: sources.mine: `by` is `indexx`",
+        ),
+        (
+            "[sources.mine]\ntype = \"points\"\npath = \"x\"\nmax_distance = 9",
+            "line 6: sources.mine: `max_distance` is `9`; it must be a number from 0 to 1",
+        ),
+        (
+            "[sources.mine]\ntype = \"partfield\"\npath = \"x\"\nk = \"most\"",
+            "line 6: sources.mine: `k` is `most`",
+        ),
+        (
+            "[sources.mine]\ntype = \"onnx\"\npath = \"x\"\npoints = \"many\"",
+            "line 6: sources.mine: `points` is `many`",
+        ),
+        (
+            "[sources.mine]\ntype = \"faces\"\npath = [\"x\"]",
+            "line 3: sources.mine: a key has a value that is not a text in quotes",
+        ),
+        (
+            "[sources.mine]\ntype = \"face\"\npath = \"x\"",
+            "line 4: sources.mine.type: `face` is not a type of label file",
+        ),
+        (
+            "[sources.mine]\npath = \"x\"",
+            "line 3: sources.mine: missing field `type`; the keys of such a table have no defaults",
+        ),
+        (
+            "[sources.step-parts]\ntype = \"faces\"\npath = \"x\"",
+            "line 3: sources.step-parts has the name of a built-in label source",
+        ),
+        (
+            "[[endpoints]]\nname = \"T1\"\nposition_noise = 3.0",
+            "line 5: endpoints.T1.position_noise must be from 0 to 1",
+        ),
+        (
+            "[[endpoints]]\nname = \"T1\"\nreferences = [\"steps\"]",
+            "line 5: endpoints.T1: `steps` is not a label source",
+        ),
+    ] {
+        check_config(path, text, error);
+    }
+}
+
+#[cfg(feature = "train")]
+#[test]
+fn what_a_run_would_refuse_is_found_by_the_check_with_its_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    for (text, error) in [
+        (
+            "[compare]\nprimary = [\"a/b\"]",
+            "line 4: compare.primary: `a/b` is not an endpoint",
+        ),
+        (
+            "[expect]\nmiou = \">= 0.5\"",
+            "line 4: expect: `miou` does not name a score",
+        ),
+        (
+            "[expect]\n\"step-part/step-parts.miou\" = \">= 0.5\"",
+            "line 4: expect: `step-part/step-parts.miou` names `step-part`",
+        ),
+        (
+            "[expect]\n\"step-parts/step-parts.miu\" = \">= 0.5\"",
+            "did you mean `miou`?",
+        ),
+        (
+            "[expect]\n\"step-parts/step-parts.miou\" = 0.5",
+            "line 4: expect.step-parts/step-parts.miou: invalid type",
+        ),
+        (
+            "[train]\nfreeze = [\"stemm\"]",
+            "line 4: train.freeze: the network has no part `stemm`; did you mean `stem`?",
+        ),
+    ] {
+        check_config(path, text, error);
+    }
+}
+
+#[track_caller]
+fn check_config(folder: &Path, text: &str, error: &str) {
+    fs::write(
+        folder.join("mine.toml"),
+        format!("base = \"base\"\n\n{text}\n"),
+    )
+    .unwrap();
+    check(folder, &["config", "check", "mine.toml"], 2, error);
 }
 
 #[test]

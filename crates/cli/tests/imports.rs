@@ -564,7 +564,7 @@ fn a_model_that_cannot_be_run_is_refused_by_name() {
     for (setting, error) in [
         (
             "sources.net.runtime=/nowhere/libonnxruntime.so",
-            "label source `net`: `runtime` /nowhere/libonnxruntime.so cannot be used: ",
+            "sources.net: `runtime` /nowhere/libonnxruntime.so cannot be used: ",
         ),
         ("sources.net.path=nowhere.onnx", "nowhere.onnx"),
         (

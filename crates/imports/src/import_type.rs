@@ -12,6 +12,8 @@ pub struct ImportType {
     pub description: &'static str,
     /// The parameters that it knows.
     pub keys: &'static [ParameterKey],
+    /// Checks the values of the parameters without reading a file.
+    pub check_values: fn(&SourceContext) -> Result<(), ImportError>,
     /// Makes an import whose parameters are all known.
     pub make: fn(&SourceContext) -> Result<Box<dyn Import>, ImportError>,
 }
@@ -25,6 +27,8 @@ pub struct ParameterKey {
     pub description: &'static str,
     /// Whether it must be set.
     pub is_required: bool,
+    /// Whether its value is the path of a file or a folder.
+    pub is_path: bool,
 }
 
 impl ParameterKey {
@@ -35,6 +39,7 @@ impl ParameterKey {
             name,
             description,
             is_required: true,
+            is_path: false,
         }
     }
 
@@ -45,6 +50,16 @@ impl ParameterKey {
             name,
             description,
             is_required: false,
+            is_path: false,
+        }
+    }
+
+    /// The same parameter, whose value is a path.
+    #[must_use]
+    pub const fn path(self) -> Self {
+        Self {
+            is_path: true,
+            ..self
         }
     }
 }
@@ -55,15 +70,21 @@ impl ImportType {
     /// # Errors
     /// If a parameter is unknown, missing or out of range, or the labels cannot be listed.
     pub fn open(&self, context: &SourceContext) -> Result<Box<dyn Import>, ImportError> {
-        self.check_keys(context)?;
+        self.check(context)?;
         (self.make)(context)
     }
 
-    /// Checks that the type knows all parameters, and that all parameters that it needs are set.
+    /// Checks that the type knows all parameters, that all parameters that it needs are set, and that their values are possible.
+    /// No file is read.
     ///
     /// # Errors
     /// If this is not so.
-    pub fn check_keys(&self, context: &SourceContext) -> Result<(), ImportError> {
+    pub fn check(&self, context: &SourceContext) -> Result<(), ImportError> {
+        self.check_keys(context)?;
+        (self.check_values)(context)
+    }
+
+    fn check_keys(&self, context: &SourceContext) -> Result<(), ImportError> {
         let is_known = |key: &str| self.keys.iter().any(|known| known.name == key);
         if let Some(key) = context.parameters().keys().find(|key| !is_known(key)) {
             return Err(ImportError::UnknownKey {

@@ -12,11 +12,12 @@ const MAX_CLUSTERS: u64 = 1000;
 
 /// Every key, for `partprobe check labels` and messages.
 pub(crate) const KEYS: &[ParameterKey] = &[
-    ParameterKey::required("path", "the model, an ONNX file"),
+    ParameterKey::required("path", "the model, an ONNX file").path(),
     ParameterKey::optional(
         "runtime",
         "what runs it: the path of the library of ONNX Runtime (the one that is found)",
-    ),
+    )
+    .path(),
     ParameterKey::optional(
         "per",
         "what has features: point (of a sample) or triangle (point)",

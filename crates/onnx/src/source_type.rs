@@ -20,6 +20,7 @@ pub const ONNX: ImportType = ImportType {
     name: "onnx",
     description: "clusters of the features that an ONNX model gives to points or triangles",
     keys: KEYS,
+    check_values: |context| Settings::of(context).map(drop),
     make: |context| {
         let path = context.parameter("path").unwrap_or_default();
         let settings = Settings::of(context)?;
@@ -53,7 +54,7 @@ pub fn labels_by_model(
     model_hash: &str,
     context: &SourceContext,
 ) -> Result<Box<dyn Import>, ImportError> {
-    ONNX.check_keys(context)?;
+    ONNX.check(context)?;
     let path = context.parameter("path").unwrap_or_default();
     let settings = Settings::of(context)?;
     Ok(Box::new(ModelLabels {

@@ -1,8 +1,7 @@
 //! Separates the settings that the user set from the defaults, and replaces a table of a config.
 
 use super::chain::chain;
-use super::merge::{LoadedConfig, from_table, overlay, read_text, set};
-use crate::usage::as_usage_error;
+use super::merge::{LoadedConfig, overlay, read_text, set};
 use anyhow::{Context, Result};
 use serde_json::{Map, Value};
 use toml::Table;
@@ -50,7 +49,7 @@ pub(crate) fn with_table(
         &mut merged,
         Table::from_iter([(table.to_owned(), toml::Value::Table(values))]),
     );
-    from_table(loaded.name.clone(), merged).map_err(as_usage_error)
+    loaded.with_merged(merged)
 }
 
 #[cfg(test)]

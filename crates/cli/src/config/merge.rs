@@ -101,6 +101,55 @@ pub(crate) struct LoadedConfig {
     pub(crate) config: Config,
     /// The merged TOML, which is written into the run folder.
     pub(crate) merged: String,
+    origin: ConfigOrigin,
+}
+
+/// The texts from which a config was read. They are used to find the place of a key.
+#[derive(Clone, Debug, Default)]
+pub(super) struct ConfigOrigin {
+    name_or_path: String,
+    /// The name and the text of each file, the last one first.
+    files: Vec<(String, String)>,
+    overrides: Vec<String>,
+}
+
+impl ConfigOrigin {
+    /// The place of the key of a problem: a file with its line, an argument, or the name of the config.
+    fn place_of(&self, problem: &ConfigProblem) -> String {
+        let layers: Vec<Layer<'_>> = self
+            .files
+            .iter()
+            .map(|(name, text)| Layer {
+                name: name.clone(),
+                text,
+            })
+            .collect();
+        position_of(problem, &self.overrides, &layers)
+            .unwrap_or_else(|| format!("config `{}`", self.name_or_path))
+    }
+
+    /// Adds the place of its key to an error.
+    fn located(&self, error: anyhow::Error) -> anyhow::Error {
+        let place = match error.downcast_ref() {
+            Some(problem) => self.place_of(problem),
+            None => format!("config `{}`", self.name_or_path),
+        };
+        error.context(place)
+    }
+}
+
+impl LoadedConfig {
+    /// Adds the place of the key that the message names, and makes the error one of the caller. Stages use it for what they check
+    /// after the config was loaded.
+    pub(crate) fn located(&self, error: &anyhow::Error) -> anyhow::Error {
+        let problem = ConfigProblem::of_check(format!("{error:#}"));
+        as_usage_error(self.origin.located(problem.into()))
+    }
+
+    /// The same config with another table.
+    pub(super) fn with_merged(&self, table: Table) -> Result<Self> {
+        from_table(self.name.clone(), table, self.origin.clone()).map_err(as_usage_error)
+    }
 }
 
 /// Loads a shipped config by name or a file by path, and applies `key=value` overrides in order.
@@ -119,19 +168,13 @@ fn load_any(name_or_path: &str, overrides: &[String]) -> Result<LoadedConfig> {
     for assignment in overrides {
         set(&mut table, assignment).with_context(|| as_written(assignment))?;
     }
-    from_table(name, table).map_err(|error| {
-        let place = error.downcast_ref().and_then(|problem: &ConfigProblem| {
-            let files = chain.iter().filter(|config| config.is_file());
-            let layers: Vec<Layer<'_>> = files
-                .map(|config| Layer {
-                    name: config.name.clone(),
-                    text: &config.text,
-                })
-                .collect();
-            position_of(problem, overrides, &layers)
-        });
-        error.context(place.unwrap_or_else(|| format!("config `{name_or_path}`")))
-    })
+    let files = chain.into_iter().filter(ConfigText::is_file);
+    let origin = ConfigOrigin {
+        name_or_path: name_or_path.to_owned(),
+        files: files.map(|config| (config.name, config.text)).collect(),
+        overrides: overrides.to_vec(),
+    };
+    from_table(name, table, origin.clone()).map_err(|error| origin.located(error))
 }
 
 /// Merges each config over those on which it is based.
@@ -143,7 +186,7 @@ fn merged(chain: &[ConfigText]) -> Table {
     merged
 }
 
-pub(super) fn from_table(name: String, table: Table) -> Result<LoadedConfig> {
+fn from_table(name: String, table: Table, origin: ConfigOrigin) -> Result<LoadedConfig> {
     let merged = toml::to_string(&table)?;
     let read: Result<Config, _> = serde_path_to_error::deserialize(Value::Table(table));
     let config = read.map_err(|error| {
@@ -157,6 +200,7 @@ pub(super) fn from_table(name: String, table: Table) -> Result<LoadedConfig> {
         name,
         config,
         merged,
+        origin,
     })
 }
 
@@ -272,10 +316,7 @@ mod tests {
         for name in shipped_names() {
             let loaded = load(name, &[]).unwrap();
             let again: Table = loaded.merged.parse().unwrap();
-            assert_eq!(
-                from_table(name.to_owned(), again).unwrap().config,
-                loaded.config
-            );
+            assert_eq!(loaded.with_merged(again).unwrap().config, loaded.config);
         }
     }
 

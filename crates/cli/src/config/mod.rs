@@ -12,6 +12,7 @@ mod flag;
 mod kernel_options;
 mod merge;
 mod metric_name;
+mod paths;
 mod problem;
 mod ranges;
 mod settings;
@@ -31,6 +32,8 @@ pub(crate) use flag::by_flag;
 pub(crate) use flag::{as_written, is_set, key_of};
 pub(crate) use merge::{LoadedConfig, load, shipped, shipped_descriptions, shipped_names};
 pub(crate) use metric_name::MetricName;
+#[cfg(feature = "train")]
+pub(crate) use paths::are_same_place;
 pub(crate) use problem::nearest;
 #[cfg(feature = "train")]
 pub(crate) use settings::overrides_of_preparation;

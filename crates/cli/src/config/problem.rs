@@ -77,7 +77,7 @@ impl ConfigProblem {
         let advice = match near {
             Some(near) => format!("; did you mean `{near}`?"),
             None if message.starts_with("missing field") && has_type(path, defaults) => {
-                "; a table with a `type` has no defaults, so write all of its keys".to_owned()
+                "; the keys of such a table have no defaults, so write each of them".to_owned()
             }
             None if message.starts_with("missing field") => {
                 "; `base = \"base\"` at the top of the file gives every key its default".to_owned()
@@ -96,10 +96,10 @@ impl ConfigProblem {
     /// A problem that a check has found. Its message names the key.
     pub(super) fn of_check(message: String) -> Self {
         let is_key = |word: &&str| {
+            let is_of_key = |c: char| c.is_ascii_alphanumeric() || "._-".contains(c);
             word.contains('.')
-                && word
-                    .chars()
-                    .all(|c| c.is_ascii_lowercase() || "._".contains(c))
+                && word.starts_with(|c: char| c.is_ascii_lowercase())
+                && word.chars().all(is_of_key)
         };
         let words = message
             .split_whitespace()
@@ -238,53 +238,86 @@ pub(super) fn position_of(
     }
     // An item of a list is on the line of the list.
     let key = key.split('[').next().unwrap_or(key);
-    let path: Vec<&str> = key.split('.').collect();
     let assigns = |assignment: &&String| {
-        let assigned: Vec<&str> = assignment
-            .split('=')
-            .next()
-            .unwrap_or_default()
-            .trim()
+        let assigned = assignment.split('=').next().unwrap_or_default();
+        let assigned: Vec<&str> = assigned
             .split('.')
+            .map(|part| part.trim().trim_matches('"'))
             .collect();
-        assigned.iter().zip(&path).all(|(a, b)| a.trim() == *b)
+        rest_below(key, &assigned.join(".")).is_some()
     };
     if let Some(assignment) = overrides.iter().rev().find(assigns) {
         return Some(as_written(assignment));
     }
     layers.iter().find_map(|layer| {
-        let line = line_of(&path, &problem.message, layer.text)?;
+        let line = line_of(key, &problem.message, layer.text)?;
         Some(format!("{}, line {line}", layer.name))
     })
 }
 
+/// The rest of a key below one of its tables, or an empty text for the whole key. Returns `None` if the table is not in the key.
+fn rest_below<'a>(key: &'a str, table: &str) -> Option<&'a str> {
+    let rest = key.strip_prefix(table)?;
+    if rest.is_empty() {
+        Some(rest)
+    } else {
+        rest.strip_prefix('.')
+    }
+}
+
 /// The line of a key, counted from 1. If the key is a table, it is the line of the text that the message quotes: one of its keys,
 /// or the value of one.
-fn line_of(path: &[&str], message: &str, text: &str) -> Option<usize> {
+fn line_of(key: &str, message: &str, text: &str) -> Option<usize> {
     let table = DeTable::parse(text).ok()?;
-    let mut table = table.get_ref();
-    let mut place = None;
-    for (idx, part) in path.iter().enumerate() {
-        let (key, value) = table.iter().find(|(key, _)| key.get_ref() == part)?;
-        place = Some(key.span().start);
-        match value.get_ref() {
-            DeValue::Table(below) => table = below,
-            _ if idx + 1 < path.len() => return None,
-            _ => return Some(line_at(text, place?)),
-        }
+    let place = place_in_table(table.get_ref(), key, message)?;
+    Some(line_at(text, place))
+}
+
+/// The byte of a key in a table. Keys may contain points.
+fn place_in_table(table: &DeTable<'_>, key: &str, message: &str) -> Option<usize> {
+    let (name, value, rest) = table.iter().find_map(|(name, value)| {
+        let rest = rest_below(key, name.get_ref())?;
+        Some((name, value, rest))
+    })?;
+    let place = name.span().start;
+    match (value.get_ref(), rest) {
+        (DeValue::Table(below), "") => Some(place_of_quoted(below, message).unwrap_or(place)),
+        (DeValue::Table(below), rest) => place_in_table(below, rest, message),
+        (_, "") => Some(place),
+        (DeValue::Array(tables), rest) => tables.iter().find_map(|item| {
+            let table = item.get_ref().as_table()?;
+            place_in_named(table, item.span().start, rest, message)
+        }),
+        _ => None,
     }
+}
+
+/// The byte of a key in one of several tables that a `name` distinguishes. The key begins with the name.
+fn place_in_named(table: &DeTable<'_>, place: usize, key: &str, message: &str) -> Option<usize> {
+    let (_, name) = table.iter().find(|(key, _)| key.get_ref() == "name")?;
+    match rest_below(key, name.get_ref().as_str()?)? {
+        "" => Some(place_of_quoted(table, message).unwrap_or(place)),
+        rest => place_in_table(table, rest, message),
+    }
+}
+
+/// The byte of the key, or of the value of a key, that a message quotes.
+fn place_of_quoted(table: &DeTable<'_>, message: &str) -> Option<usize> {
     // The message also quotes the expected values, which are not in the text.
     let about = message.split("expected ").next().unwrap_or_default();
     let with_key = |word| table.iter().find(|(key, _)| key.get_ref() == word);
     let with_value = |word| {
-        let is_value = |value: &DeValue<'_>| value.as_str() == Some(word);
+        let is_word = |value: &DeValue<'_>| value.as_str() == Some(word);
+        let is_value = |value: &DeValue<'_>| {
+            let items = value.as_array().into_iter().flat_map(|items| items.iter());
+            is_word(value) || items.map(|item| item.get_ref()).any(is_word)
+        };
         table.iter().find(|(_, value)| is_value(value.get_ref()))
     };
     let inner = quoted(about)
         .find_map(with_key)
         .or_else(|| quoted(about).find_map(with_value));
-    let place = inner.map(|(key, _)| key.span().start).or(place);
-    Some(line_at(text, place?))
+    inner.map(|(key, _)| key.span().start)
 }
 
 /// The number of the line with a byte, counted from 1.
@@ -321,8 +354,7 @@ mod tests {
             ("net.backbone", unknown, Some(9)),
             ("net.backbone", "is wrong", Some(7)),
         ] {
-            let path: Vec<&str> = path.split('.').collect();
-            assert_eq!(line_of(&path, message, text), line, "{message}");
+            assert_eq!(line_of(path, message, text), line, "{message}");
         }
         for (path, line) in [
             ("base", Some(1)),
@@ -333,11 +365,23 @@ mod tests {
             ("train.epochs", None),
             ("train.steps.x", None),
         ] {
-            assert_eq!(
-                line_of(&path.split('.').collect::<Vec<_>>(), "", text),
-                line,
-                "{path}"
-            );
+            assert_eq!(line_of(path, "", text), line, "{path}");
+        }
+    }
+
+    #[test]
+    fn keys_with_points_and_named_tables_are_found() {
+        let text = "[expect]\n\"a/b.miou\" = 1\n[[endpoints]]\nname = \"T1\"\nnoise = 1\n[[endpoints]]\nname = \"T2\"\nnoise = 2\nreferences = [\"x\"]\n";
+        for (key, message, line) in [
+            ("expect.a/b.miou", "", Some(2)),
+            ("expect", "`a/b.miou` names nothing", Some(2)),
+            ("endpoints.T1.noise", "", Some(5)),
+            ("endpoints.T2.noise", "", Some(8)),
+            ("endpoints.T2", "`x` is not a source", Some(9)),
+            ("endpoints.T2", "", Some(6)),
+            ("endpoints.T3.noise", "", None),
+        ] {
+            assert_eq!(line_of(key, message, text), line, "{key} {message}");
         }
     }
 
@@ -379,7 +423,10 @@ mod tests {
             "train.steps"
         );
         assert_eq!(key("split: each share must be from 0 to 1"), "split");
+        assert_eq!(key("endpoints.T1.noise must be 0"), "endpoints.T1.noise");
+        assert_eq!(key("sources.step-parts has a name"), "sources.step-parts");
         assert_eq!(key("something else: is wrong"), "");
+        assert_eq!(key("must be from 0.5 to 1.5"), "");
         let defaults: Table = "[label]\ntheta_deg = 8".parse().unwrap();
         let problem =
             |path, message| ConfigProblem::of_reading(path, message, &defaults).to_string();

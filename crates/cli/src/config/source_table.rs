@@ -1,7 +1,9 @@
 //! Reads `[sources.NAME]`: labels of another program or of a model, with a name that is used like that of a built-in source.
 
+use super::problem::nearest;
 use crate::source_types::source_type;
-use anyhow::{Result, ensure};
+use anyhow::{Result, anyhow, ensure};
+use partprobe_imports::ImportError;
 use partprobe_sources::{SourceContext, source_named};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -24,7 +26,10 @@ pub(crate) struct SourceTable {
 
 /// A value of a key. The type of the labels determines the valid values.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
-#[serde(untagged)]
+#[serde(
+    untagged,
+    expecting = "a key has a value that is not a text in quotes, a number, `true` or `false`"
+)]
 enum ParameterValue {
     Text(String),
     Switch(bool),
@@ -73,9 +78,30 @@ impl SourceTable {
              every table must say so; choose a name with `{OPTIMISTIC}` in it, for example `{name}-{OPTIMISTIC}`"
         );
         let known = source_type(&self.import_type)
-            .map_err(|error| anyhow::anyhow!("sources.{name}.type: {error}"))?;
+            .map_err(|error| anyhow!("sources.{name}.type: {error}{}", suggestion(&error)))?;
         known
-            .check_keys(&self.context())
-            .map_err(|error| anyhow::anyhow!("sources.{name}: {error}"))
+            .check(&self.context())
+            .map_err(|error| anyhow!("sources.{name}: {error}{}", suggestion(&error)))
     }
+
+    /// The keys whose values are paths.
+    pub(super) fn path_keys(&self) -> Vec<&'static str> {
+        let keys = source_type(&self.import_type).map_or(&[][..], |known| known.keys);
+        let paths = keys.iter().filter(|key| key.is_path);
+        paths.map(|key| key.name).collect()
+    }
+}
+
+/// The name that may have been meant, as the end of a message. It is empty if no name is similar.
+fn suggestion(error: &ImportError) -> String {
+    let (name, known) = match error {
+        ImportError::UnknownType { name, known } => (name, known.as_str()),
+        ImportError::UnknownKey { key, known, .. } => (key, known.as_str()),
+        ImportError::Value {
+            value, expected, ..
+        } => (value, expected.strip_prefix("one of ").unwrap_or_default()),
+        _ => return String::new(),
+    };
+    let known: Vec<&str> = known.split(", ").collect();
+    nearest(name, &known).map_or_else(String::new, |near| format!("; did you mean `{near}`?"))
 }

@@ -3,7 +3,7 @@
 use super::damaged_json::damaged_json;
 use super::longer::{ensure_longer, is_of_length};
 use super::scoring_keys::is_scoring;
-use crate::config::{Config, differences, listed};
+use crate::config::{Config, Difference, are_same_place, differences, listed};
 use crate::run_path::run_path;
 use crate::usage::UsageError;
 use anyhow::{Context, Result, bail, ensure};
@@ -135,7 +135,12 @@ impl RunFolder {
         let is_place = |key: &str| {
             key.starts_with("data.") || (key.starts_with("sources.") && key.ends_with(".path"))
         };
-        differing.retain(|difference| !is_place(&difference.key));
+        // Runs of earlier versions have relative paths.
+        let is_same = |difference: &Difference| {
+            let texts = [&difference.here, &difference.there].map(|value| value.as_str());
+            matches!(texts, [Some(here), Some(there)] if are_same_place(here, there))
+        };
+        differing.retain(|difference| !is_place(&difference.key) && !is_same(difference));
         if differing.is_empty() {
             return Ok(());
         }

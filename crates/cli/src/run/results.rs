@@ -9,14 +9,14 @@ use super::page::{FaceSource, PageScores, page};
 use super::stages::Run;
 use super::training_job::TrainingRecord;
 use crate::MISSED_BOUND;
-use crate::config::Config;
+use crate::config::{Config, nearest};
 use crate::stdout::{print_result, print_result_tables};
 use crate::usage::UsageError;
-use anyhow::{Result, ensure};
+use anyhow::{Result, anyhow, ensure};
 use partprobe_carrier::STEP_PARTS;
 use partprobe_eval::{
-    Endpoint, ExpectationOutcome, Expectations, MIOU, ScoreRow, TableSettings, Tables,
-    TrainingFigures, junit_xml, tables,
+    Endpoint, ExpectationError, ExpectationOutcome, Expectations, MIOU, Metric, ScoreRow,
+    TableSettings, Tables, TrainingFigures, junit_xml, tables,
 };
 use std::process::ExitCode;
 
@@ -33,7 +33,8 @@ pub(crate) fn checked_expectations(config: &Config) -> Result<Expectations> {
             .expect
             .iter()
             .map(|(key, bound)| (key.as_str(), bound.as_str())),
-    )?;
+    )
+    .map_err(expectation_problem)?;
     primary_endpoints(config)?;
     let bounds = bound_names(config);
     let trained = config.compare.supervision.iter().chain(&bounds);
@@ -42,11 +43,24 @@ pub(crate) fn checked_expectations(config: &Config) -> Result<Expectations> {
         .chain([UNTRAINED, RANDOM_FOURIER, NO_NETWORK])
         .collect();
     let references = config.references();
-    expectations.check_names(
-        &supervision,
-        &references.iter().map(String::as_str).collect::<Vec<_>>(),
-    )?;
+    let references: Vec<&str> = references.iter().map(String::as_str).collect();
+    expectations
+        .check_names(&supervision, &references)
+        .map_err(expectation_problem)?;
     Ok(expectations)
+}
+
+/// The error with the name of its table, and with the name that may have been meant.
+fn expectation_problem(error: ExpectationError) -> anyhow::Error {
+    let (name, known) = match &error {
+        ExpectationError::UnknownName { name, known, .. } => (name, known.clone()),
+        ExpectationError::Metric { metric, .. } => (metric, Metric::known_names()),
+        _ => return anyhow!("expect: {error}"),
+    };
+    let known: Vec<&str> = known.split(", ").collect();
+    let near =
+        nearest(name, &known).map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
+    anyhow!("expect: {error}{near}")
 }
 
 impl Run<'_> {

@@ -5,7 +5,6 @@ use crate::markdown_table::{Alignment, markdown_table};
 #[cfg(feature = "train")]
 use crate::run::{checked_expectations, ensure_frozen_parts};
 use crate::stdout::{print_line, print_result, print_tables};
-use crate::usage::as_usage_error;
 use anyhow::Result;
 
 /// List, print and check configs
@@ -71,7 +70,7 @@ pub(crate) fn config(args: &ConfigArgs) -> Result<()> {
 
 fn check(args: &CheckArgs) -> Result<()> {
     let loaded = load(&args.config, &args.set)?;
-    ensure_trainable(&loaded.config).map_err(as_usage_error)?;
+    ensure_trainable(&loaded.config).map_err(|error| loaded.located(&error))?;
     print_line(format_args!(
         "{}: every key and value is valid",
         args.config

@@ -5,7 +5,7 @@ use crate::run::{
     Execution, ExecutionArgs, Run, RunFolder, checked_expectations, ensure_settings_of, is_scoring,
     named_sources, remembered_data,
 };
-use crate::usage::{UsageError, as_usage_error};
+use crate::usage::UsageError;
 use anyhow::{Result, ensure};
 use partprobe_dataset::Dataset;
 use std::path::PathBuf;
@@ -35,11 +35,11 @@ pub(crate) struct EvalArgs {
 pub(crate) fn eval(args: &EvalArgs) -> Result<ExitCode> {
     let folder = RunFolder::existing(&args.run)?;
     let config_file = folder.path("config.toml").to_string_lossy().into_owned();
-    let loaded = load(&config_file, &args.execution.set)?;
+    let loaded = load(&config_file, &args.execution.set)?.with_absolute_paths()?;
     loaded.config.ensure_point_probe()?;
     refuse_new_settings(&load(&config_file, &[])?.config, &loaded.config)?;
-    named_sources(&loaded.config).map_err(as_usage_error)?;
-    checked_expectations(&loaded.config).map_err(as_usage_error)?;
+    named_sources(&loaded.config).map_err(|error| loaded.located(&error))?;
+    checked_expectations(&loaded.config).map_err(|error| loaded.located(&error))?;
     let execution = Execution::new(&args.execution)?;
     let data = match &args.data {
         Some(path) => path.clone(),

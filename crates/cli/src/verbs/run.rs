@@ -8,7 +8,7 @@ use crate::run::{
     checked_expectations, ensure_frozen_parts, ensure_initial_weights, ensure_settings_of,
     named_sources, page_of_run, remember_data, settings_of, today, with_data,
 };
-use crate::usage::{UsageError, as_usage_error};
+use crate::usage::UsageError;
 use crate::verbs::synth::write_parts;
 use anyhow::{Context, Result, bail};
 use partprobe_dataset::Dataset;
@@ -73,11 +73,12 @@ impl RunArgs {
 pub(crate) fn run(args: &RunArgs) -> Result<ExitCode> {
     let set = args.training.overrides(&args.execution.set);
     let loaded = load(&args.config, &set)?;
-    ensure_frozen_parts(&loaded.config)?;
-    named_sources(&loaded.config).map_err(as_usage_error)?;
-    checked_expectations(&loaded.config).map_err(as_usage_error)?;
+    let located = |error: anyhow::Error| loaded.located(&error);
+    ensure_frozen_parts(&loaded.config).map_err(located)?;
+    named_sources(&loaded.config).map_err(located)?;
+    checked_expectations(&loaded.config).map_err(located)?;
     let data = given_data(args, &loaded.config)?;
-    let loaded = with_data(&data, loaded, &args.config, &set)?;
+    let loaded = with_data(&data, loaded, &args.config, &set)?.with_absolute_paths()?;
     let data_set = match data.as_slice() {
         [path] if Dataset::is_at(path) => Some(settings_of(path)?),
         _ => None,

@@ -49,7 +49,7 @@ pub(crate) fn train(args: &TrainArgs) -> Result<ExitCode> {
     let set = args.training.overrides(&args.execution.set);
     let loaded = load(&args.config, &set)?;
     loaded.config.ensure_point_probe()?;
-    ensure_frozen_parts(&loaded.config)?;
+    ensure_frozen_parts(&loaded.config).map_err(|error| loaded.located(&error))?;
     let known = &loaded.config.compare.supervision;
     ensure!(
         known.contains(&args.supervision),
@@ -61,7 +61,8 @@ pub(crate) fn train(args: &TrainArgs) -> Result<ExitCode> {
     );
     // This is checked before the folder is made, so that a mistyped path does not leave a folder behind.
     let dataset = Dataset::open(&args.data)?;
-    let loaded = with_data(std::slice::from_ref(&args.data), loaded, &args.config, &set)?;
+    let loaded = with_data(std::slice::from_ref(&args.data), loaded, &args.config, &set)?
+        .with_absolute_paths()?;
     let config = &loaded.config;
     let execution = Execution::new(&args.execution)?;
     let supervision = std::slice::from_ref(&args.supervision);

@@ -29,7 +29,8 @@ pub(crate) const FACES: ImportType = ImportType {
         ParameterKey::optional(
             "path",
             "a folder with one file per shape, or one file with all shapes; .zst is unpacked",
-        ),
+        )
+        .path(),
         ParameterKey::optional(
             "by",
             "how labels find their faces: auto, step-id, name, order, or name-is-label (no files)",
@@ -51,6 +52,7 @@ pub(crate) const FACES: ImportType = ImportType {
             "what a label is unique in: shape, or entry (a line per solid, each with its own numbers)",
         ),
     ],
+    check_values: |context| Settings::of(context).map(drop),
     make: open_faces,
 };
 
@@ -60,10 +62,10 @@ const SUFFIXES: &[&str] = &["_color_ids"];
 /// The endings of label files in a folder.
 const ENDINGS: &[&str] = &[".seg", ".csv", ".json", ".logits", ".txt"];
 
-/// The labels that are read, and the settings of the join.
-struct Faces {
+/// The settings of the join, and the path of the labels.
+struct Settings {
     /// `None` if the labels are the names of the faces.
-    entries: Option<Entries<FaceLabels>>,
+    path: Option<String>,
     by: JoinBy,
     column: Option<String>,
     instances: bool,
@@ -71,60 +73,76 @@ struct Faces {
     scope: Scope,
 }
 
-fn open_faces(context: &SourceContext) -> Result<Box<dyn Import>, ImportError> {
-    let by = parameters::choice(
-        context,
-        "by",
-        &[
-            ("auto", JoinBy::Auto),
-            ("step-id", JoinBy::StepId),
-            ("name", JoinBy::Name),
-            ("order", JoinBy::Order),
-            ("name-is-label", JoinBy::NameIsLabel),
-        ],
-    )?;
-    let column = context.parameter("column").map(str::to_owned);
-    let entries = match (by, context.parameter("path")) {
-        (JoinBy::NameIsLabel, None) => None,
-        (JoinBy::NameIsLabel, Some(path)) => {
-            return Err(ImportError::Value {
-                key: "path",
-                value: path.to_owned(),
-                expected:
-                    "left out with by = \"name-is-label\", which reads the names of the faces"
-                        .to_owned(),
-            });
-        }
-        (_, None) => {
-            return Err(ImportError::MissingKey {
-                import_type: FACES.name,
-                key: "path",
-            });
-        }
-        (_, Some(path)) => Some(Entries::at(
-            path,
-            parameters::files(context)?,
-            |below| {
-                let is_label_file = ENDINGS
-                    .iter()
-                    .any(|ending| plain_name(below).ends_with(ending));
-                is_label_file.then(|| ShapeKey::of_label_path(below, SUFFIXES))
-            },
-            |path, bytes| entries_of_file(path, &bytes, column.as_deref()),
-        )?),
-    };
-    Ok(Box::new(Faces {
-        entries,
-        by,
-        column,
-        instances: parameters::switch(context, "instances")?,
-        background: context.parameter("background").map(str::to_owned),
-        scope: parameters::choice(
+impl Settings {
+    fn of(context: &SourceContext) -> Result<Self, ImportError> {
+        let text = |key: &str| context.parameter(key).map(str::to_owned);
+        let by = parameters::choice(
             context,
-            "scope",
-            &[("shape", Scope::Shape), ("entry", Scope::Entry)],
-        )?,
-    }))
+            "by",
+            &[
+                ("auto", JoinBy::Auto),
+                ("step-id", JoinBy::StepId),
+                ("name", JoinBy::Name),
+                ("order", JoinBy::Order),
+                ("name-is-label", JoinBy::NameIsLabel),
+            ],
+        )?;
+        Ok(Self {
+            path: path_of(context, by)?,
+            by,
+            column: text("column"),
+            instances: parameters::switch(context, "instances")?,
+            background: text("background"),
+            scope: parameters::choice(
+                context,
+                "scope",
+                &[("shape", Scope::Shape), ("entry", Scope::Entry)],
+            )?,
+        })
+    }
+}
+
+/// The path of the labels. Labels that are the names of the faces have none.
+fn path_of(context: &SourceContext, by: JoinBy) -> Result<Option<String>, ImportError> {
+    match (by, context.parameter("path")) {
+        (JoinBy::NameIsLabel, None) => Ok(None),
+        (JoinBy::NameIsLabel, Some(path)) => Err(ImportError::Value {
+            key: "path",
+            value: path.to_owned(),
+            expected: "left out with by = \"name-is-label\", which reads the names of the faces"
+                .to_owned(),
+        }),
+        (_, None) => Err(ImportError::MissingKey {
+            import_type: FACES.name,
+            key: "path",
+        }),
+        (_, Some(path)) => Ok(Some(path.to_owned())),
+    }
+}
+
+/// The labels that are read, and the settings of the join.
+struct Faces {
+    /// `None` if the labels are the names of the faces.
+    entries: Option<Entries<FaceLabels>>,
+    settings: Settings,
+}
+
+fn open_faces(context: &SourceContext) -> Result<Box<dyn Import>, ImportError> {
+    let settings = Settings::of(context)?;
+    let column = settings.column.as_deref();
+    let key_of = |below: &str| {
+        let is_label_file = ENDINGS
+            .iter()
+            .any(|ending| plain_name(below).ends_with(ending));
+        is_label_file.then(|| ShapeKey::of_label_path(below, SUFFIXES))
+    };
+    let entries_at = |path: &String| {
+        Entries::at(path, parameters::files(context)?, key_of, |path, bytes| {
+            entries_of_file(path, &bytes, column)
+        })
+    };
+    let entries = settings.path.as_ref().map(entries_at).transpose()?;
+    Ok(Box::new(Faces { entries, settings }))
 }
 
 /// The shapes of a single file.
@@ -228,7 +246,7 @@ impl Faces {
                 }
                 Content::File(path) => {
                     let bytes = entries.read(path)?;
-                    labels_of_file(path, &bytes, self.column.as_deref())
+                    labels_of_file(path, &bytes, self.settings.column.as_deref())
                         .map_err(|reason| JoinProblem::Unreadable(format!("{path}: {reason}")))?
                 }
             });
@@ -240,10 +258,16 @@ impl Faces {
 impl Import for Faces {
     fn join(&self, carrier: &Carrier) -> Result<JoinedLabels, JoinProblem> {
         let (entries, labels) = self.labels_of(&carrier.meta().id)?;
-        let background = self.background.as_deref();
-        let joined = join::join(carrier, &labels, self.by, self.scope, background)?;
+        let background = self.settings.background.as_deref();
+        let joined = join::join(
+            carrier,
+            &labels,
+            self.settings.by,
+            self.settings.scope,
+            background,
+        )?;
         let graph = carrier.graph();
-        let (label_of_face, n_separate) = if self.instances {
+        let (label_of_face, n_separate) = if self.settings.instances {
             let labels = instances::of_classes(graph, &joined.label_of_face, background);
             (labels, 0)
         } else {

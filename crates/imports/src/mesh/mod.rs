@@ -34,11 +34,11 @@ pub(crate) const MESH: ImportType = ImportType {
         ParameterKey::required(
             "path",
             "a folder with the labels of each shape, or a file with those of one",
-        ),
+        ).path(),
         ParameterKey::optional(
             "meshes",
             "a folder with the mesh that the labels belong to, if it is not the carrier (PLY, OBJ, GLB, STL, OFF)",
-        ),
+        ).path(),
         ParameterKey::optional(
             "by",
             "how labels find their triangles: auto, index, triangle, or nn-surface",
@@ -76,43 +76,58 @@ pub(crate) const MESH: ImportType = ImportType {
             "nn-surface: how far normals may differ, in degrees (45)",
         ),
     ],
+    check_values: |context| Settings::of(context).map(drop),
     make: open_mesh,
 };
 
 /// The endings of mesh files.
 const MESH_ENDINGS: &[&str] = &[".ply", ".obj", ".glb", ".gltf", ".stl", ".off"];
 
-/// The labels that are read, and the settings of the join.
-struct MeshLabels {
-    entries: Entries<()>,
-    meshes: Option<Entries<()>>,
+/// The settings of the join.
+struct Settings {
     overlap: Overlap,
     marks: MarkChoice,
     joining: Joining,
 }
 
+impl Settings {
+    fn of(context: &SourceContext) -> Result<Self, ImportError> {
+        let joining = Joining {
+            by: parameters::choice(
+                context,
+                "by",
+                &[
+                    ("auto", JoinBy::Auto),
+                    ("index", JoinBy::Index),
+                    ("triangle", JoinBy::Triangle),
+                    ("nn-surface", JoinBy::NearestSurface),
+                ],
+            )?,
+            tolerance: parameters::number(context, "tolerance", 0.0..=0.1, 1e-5)?,
+            max_distance: parameters::number(context, "max_distance", 0.0..=1.0, 0.01)?,
+            max_angle_deg: parameters::number(context, "max_angle_deg", 0.0..=180.0, 45.0)?,
+        };
+        Ok(Self {
+            overlap: parameters::choice(
+                context,
+                "overlap",
+                &[("refuse", Overlap::Refuse), ("smallest", Overlap::Smallest)],
+            )?,
+            marks: mark_choice(context)?,
+            joining,
+        })
+    }
+}
+
+/// The labels that are read, and the settings of the join.
+struct MeshLabels {
+    entries: Entries<()>,
+    meshes: Option<Entries<()>>,
+    settings: Settings,
+}
+
 fn open_mesh(context: &SourceContext) -> Result<Box<dyn Import>, ImportError> {
-    let joining = Joining {
-        by: parameters::choice(
-            context,
-            "by",
-            &[
-                ("auto", JoinBy::Auto),
-                ("index", JoinBy::Index),
-                ("triangle", JoinBy::Triangle),
-                ("nn-surface", JoinBy::NearestSurface),
-            ],
-        )?,
-        tolerance: parameters::number(context, "tolerance", 0.0..=0.1, 1e-5)?,
-        max_distance: parameters::number(context, "max_distance", 0.0..=1.0, 0.01)?,
-        max_angle_deg: parameters::number(context, "max_angle_deg", 0.0..=180.0, 45.0)?,
-    };
-    let overlap = parameters::choice(
-        context,
-        "overlap",
-        &[("refuse", Overlap::Refuse), ("smallest", Overlap::Smallest)],
-    )?;
-    let marks = mark_choice(context)?;
+    let settings = Settings::of(context)?;
     let files = parameters::files(context)?;
     let scale = context.parameter("scale").map(str::to_owned);
     let path = context.parameter("path").unwrap_or_default();
@@ -132,9 +147,7 @@ fn open_mesh(context: &SourceContext) -> Result<Box<dyn Import>, ImportError> {
     Ok(Box::new(MeshLabels {
         entries,
         meshes,
-        overlap,
-        marks,
-        joining,
+        settings,
     }))
 }
 
@@ -180,7 +193,7 @@ impl MeshLabels {
     fn file_labels(&self, path: &str, bytes: &mut Vec<u8>) -> Result<FileLabels, JoinProblem> {
         let located = |reason: String| format!("{path}: {reason}");
         if !layout::is_marked(path) {
-            let labels = triangle_labels(path, bytes, self.overlap)
+            let labels = triangle_labels(path, bytes, self.settings.overlap)
                 .map_err(|reason| JoinProblem::Unreadable(located(reason)))?;
             return Ok(FileLabels {
                 labels,
@@ -189,6 +202,7 @@ impl MeshLabels {
         }
         let marked = self.marked_mesh(path, bytes)?;
         let chosen = self
+            .settings
             .marks
             .labels(&marked)
             .map_err(|reason| JoinProblem::Refused(located(reason)))?;
@@ -262,9 +276,10 @@ impl Import for MeshLabels {
         let placed = mesh.map(|mesh| in_millimeters(carrier, mesh));
         let (mesh, unit) = placed.unzip();
         let content_hash = sha256_hex(&bytes);
-        let joined = self
-            .joining
-            .join(carrier, &labels, mesh.as_ref(), names, content_hash)?;
+        let joined =
+            self.settings
+                .joining
+                .join(carrier, &labels, mesh.as_ref(), names, content_hash)?;
         let notes = [title, unit.flatten().map(str::to_owned)];
         let mut by = joined.report.by.clone();
         for note in notes.into_iter().flatten() {

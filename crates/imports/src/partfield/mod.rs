@@ -32,11 +32,11 @@ pub(crate) const PARTFIELD: ImportType = ImportType {
         ParameterKey::required(
             "path",
             "the folder with cluster_out/<uid>_0_<KK>.npy and input_<uid>_0.ply",
-        ),
+        ).path(),
         ParameterKey::optional(
             "map",
             "the folder that `partprobe export partfield-input` wrote, if the shapes were exported by it",
-        ),
+        ).path(),
         ParameterKey::optional(
             "k",
             "which level to take: max, match (as many as the shape has STEP parts), best (optimistic: the one that agrees best with the STEP parts), or a number",
@@ -50,6 +50,7 @@ pub(crate) const PARTFIELD: ImportType = ImportType {
             "how far normals may differ, in degrees (45)",
         ),
     ],
+    check_values: |context| Settings::of(context).map(drop),
     make: open_partfield,
 };
 
@@ -57,11 +58,31 @@ struct PartField {
     levels: Entries<()>,
     meshes: Entries<()>,
     map: Option<ExportMap>,
+    settings: Settings,
+}
+
+/// The level that is taken, and the settings of the join.
+struct Settings {
     level: Level,
     joining: Joining,
 }
 
+impl Settings {
+    fn of(context: &SourceContext) -> Result<Self, ImportError> {
+        Ok(Self {
+            level: Level::of(context.parameter("k").unwrap_or("max"))?,
+            joining: Joining {
+                by: JoinBy::Auto,
+                tolerance: 1e-5,
+                max_distance: parameters::number(context, "max_distance", 0.0..=1.0, 0.01)?,
+                max_angle_deg: parameters::number(context, "max_angle_deg", 0.0..=180.0, 45.0)?,
+            },
+        })
+    }
+}
+
 fn open_partfield(context: &SourceContext) -> Result<Box<dyn Import>, ImportError> {
+    let settings = Settings::of(context)?;
     let files = parameters::files(context)?;
     let path = context.parameter("path").unwrap_or_default();
     let one_file = |path: &str, _: Vec<u8>| -> Result<Vec<Entry<()>>, String> {
@@ -79,13 +100,7 @@ fn open_partfield(context: &SourceContext) -> Result<Box<dyn Import>, ImportErro
             .parameter("map")
             .map(|folder| ExportMap::open(folder, files))
             .transpose()?,
-        level: Level::of(context.parameter("k").unwrap_or("max"))?,
-        joining: Joining {
-            by: JoinBy::Auto,
-            tolerance: 1e-5,
-            max_distance: parameters::number(context, "max_distance", 0.0..=1.0, 0.01)?,
-            max_angle_deg: parameters::number(context, "max_angle_deg", 0.0..=180.0, 45.0)?,
-        },
+        settings,
     }))
 }
 
@@ -145,7 +160,7 @@ impl PartField {
             )));
         }
         let levels: Vec<u32> = paths.iter().map(|&(level, _)| level).collect();
-        let candidates = self.level.candidates(&levels, n_parts)?;
+        let candidates = self.settings.level.candidates(&levels, n_parts)?;
         let wanted = paths
             .into_iter()
             .filter(|(level, _)| candidates.contains(level));
@@ -220,9 +235,10 @@ impl PartField {
                 (agreement_by_area(tiles.mesh(), &labels, &parts), joined)
             }
             MeshRelation::Position { mesh, .. } => {
-                let joined = self
-                    .joining
-                    .join(carrier, &labels, Some(mesh), entries, hash)?;
+                let joined =
+                    self.settings
+                        .joining
+                        .join(carrier, &labels, Some(mesh), entries, hash)?;
                 let own = joined.labels.of_triangles().of_triangle();
                 let agreement = agreement_by_area(carrier.mesh(), own, parts.of_triangle());
                 (agreement, joined)
@@ -271,7 +287,7 @@ impl Import for PartField {
             }
         }
         let (_, level, joined) = best.ok_or(JoinProblem::NoLabels)?;
-        let optimistic = match self.level {
+        let optimistic = match self.settings.level {
             Level::Best => format!(", optimistic: the best of {n_levels} by the STEP parts"),
             _ => String::new(),
         };

@@ -30,11 +30,11 @@ pub(crate) const POINTS: ImportType = ImportType {
         ParameterKey::required(
             "path",
             "a folder with the labeled points of each shape, or a file with those of one",
-        ),
+        ).path(),
         ParameterKey::optional(
             "points",
             "a folder with the positions, or one HDF5 file, if the files of `path` hold labels only",
-        ),
+        ).path(),
         ParameterKey::optional(
             "labels_from",
             "HDF5: which array holds the labels (labels, or seg_id)",
@@ -42,7 +42,7 @@ pub(crate) const POINTS: ImportType = ImportType {
         ParameterKey::optional(
             "ids",
             "HDF5 with many shapes: a text file with the name of each shape, one per line",
-        ),
+        ).path(),
         ParameterKey::optional(
             "factor",
             "what positions are multiplied by to be millimeters (1)",
@@ -56,6 +56,7 @@ pub(crate) const POINTS: ImportType = ImportType {
             "how far normals may differ, in degrees, if the points have normals (45)",
         ),
     ],
+    check_values: |context| Settings::of(context).map(drop),
     make: open_points,
 };
 
@@ -72,6 +73,11 @@ const MAX_BOX_OFFSET: f64 = 0.1;
 struct PointLabels {
     entries: Entries<Hdf5Row>,
     positions: Option<Entries<Hdf5Row>>,
+    settings: Settings,
+}
+
+/// The settings of the join.
+struct Settings {
     /// The array of an HDF5 file with the labels, or `None` to find it.
     labels_from: Option<String>,
     factor: f64,
@@ -79,7 +85,19 @@ struct PointLabels {
     max_angle_deg: f64,
 }
 
+impl Settings {
+    fn of(context: &SourceContext) -> Result<Self, ImportError> {
+        Ok(Self {
+            labels_from: context.parameter("labels_from").map(str::to_owned),
+            factor: parameters::number(context, "factor", 1e-9..=1e9, 1.0)?,
+            max_distance: parameters::number(context, "max_distance", 0.0..=1.0, 0.05)?,
+            max_angle_deg: parameters::number(context, "max_angle_deg", 0.0..=180.0, 45.0)?,
+        })
+    }
+}
+
 fn open_points(context: &SourceContext) -> Result<Box<dyn Import>, ImportError> {
+    let settings = Settings::of(context)?;
     let files = parameters::files(context)?;
     let ids = context.parameter("ids");
     let ids = ids.map(|path| names(path, files.as_ref())).transpose()?;
@@ -103,10 +121,7 @@ fn open_points(context: &SourceContext) -> Result<Box<dyn Import>, ImportError> 
     Ok(Box::new(PointLabels {
         entries: entries_at(path, endings)?,
         positions,
-        labels_from: context.parameter("labels_from").map(str::to_owned),
-        factor: parameters::number(context, "factor", 1e-9..=1e9, 1.0)?,
-        max_distance: parameters::number(context, "max_distance", 0.0..=1.0, 0.05)?,
-        max_angle_deg: parameters::number(context, "max_angle_deg", 0.0..=180.0, 45.0)?,
+        settings,
     }))
 }
 
@@ -189,7 +204,7 @@ impl PointLabels {
             |name: &str, reason: String| JoinProblem::Unreadable(format!("{name}: {reason}"));
         let found = self.entries.of_shape(id)?;
         let names = found.iter().map(|entry| entry.name.clone()).collect();
-        let wanted = Hdf5Request::Labels(self.labels_from.as_deref());
+        let wanted = Hdf5Request::Labels(self.settings.labels_from.as_deref());
         let mut own = Self::loaded(&self.entries, &found, wanted)?;
 
         if let Some(positions) = &self.positions {
@@ -209,7 +224,7 @@ impl PointLabels {
         own.cloud
             .check()
             .map_err(|reason| unreadable(&own.name, reason))?;
-        own.cloud.scale(self.factor);
+        own.cloud.scale(self.settings.factor);
         Ok((own.cloud, names, sha256_hex(&own.bytes)))
     }
 }
@@ -225,8 +240,8 @@ impl Import for PointLabels {
 
         let surface = Surface::of_mesh(mesh).map_err(refused)?;
         let limits = Limits {
-            max_distance: self.max_distance * diagonal,
-            max_angle_deg: (!cloud.normals.is_empty()).then_some(self.max_angle_deg),
+            max_distance: self.settings.max_distance * diagonal,
+            max_angle_deg: (!cloud.normals.is_empty()).then_some(self.settings.max_angle_deg),
         };
         let normal = |triangle: usize| match mesh.is_cloud() {
             true => mesh.vertex_normal[mesh.triangles[triangle][0] as usize].map(f64::from),

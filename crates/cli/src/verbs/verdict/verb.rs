@@ -11,7 +11,7 @@ use crate::run::{
     verdict_settings, with_data,
 };
 use crate::stdout::{print_line, print_result};
-use crate::usage::{UsageError, as_usage_error};
+use crate::usage::UsageError;
 use crate::verbs::run::labeled_into;
 use anyhow::{Context, Result, ensure};
 use partprobe_dataset::{Dataset, json_document};
@@ -218,9 +218,9 @@ impl<'a> Session<'a> {
         ]);
         overrides.extend(args.execution.set.iter().cloned());
         let loaded = load("verdict", &overrides)?;
-        named_sources(&loaded.config).map_err(as_usage_error)?;
+        named_sources(&loaded.config).map_err(|error| loaded.located(&error))?;
         let data = [self.dataset.root().to_path_buf()];
-        with_data(&data, loaded, "verdict", &overrides)
+        with_data(&data, loaded, "verdict", &overrides)?.with_absolute_paths()
     }
 
     /// The number of updates: that of a resumed verdict, the requested one, or the largest one that fits into the budget.
