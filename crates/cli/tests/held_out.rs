@@ -293,11 +293,10 @@ fn a_later_reference_does_not_influence_the_training() {
     );
 
     let supervision = r#"compare.supervision=["step-parts","brep-face"]"#;
-    fixture.check(
-        &["eval", "run", "--set", supervision],
-        0,
-        "brep-face, seed 0: not trained yet, left out",
-    );
+    let files = ["run/split.json", "run/config.toml", "run/scores.jsonl"];
+    let before = files.map(|file| fixture.read(file));
+    let unknown = "`brep-face` was not compared when this run's shapes were chosen";
+    fixture.check(&["eval", "run", "--set", supervision], 2, unknown);
     let train = [
         "train",
         "tiny.toml",
@@ -310,11 +309,10 @@ fn a_later_reference_does_not_influence_the_training() {
         "--resume",
     ];
     let sets = [&references[..], &["--set", supervision]].concat();
-    fixture.check(
-        &[&train[..], &sets].concat(),
-        2,
-        "`brep-face` was not compared when this run's shapes were chosen",
-    );
+    for sets in [&[][..], &references, &sets] {
+        fixture.check(&[&train[..], sets].concat(), 2, unknown);
+    }
+    assert_eq!(files.map(|file| fixture.read(file)), before);
 }
 
 #[test]
@@ -689,6 +687,19 @@ fn a_run_is_repeated_from_its_folder() {
     let message = fixture.check(&["rerun", "run", "--out", "second"], 0, "");
     assert!(message.contains(" compared, 0 of them differ"), "{message}");
 
+    // A training that the run does not have is not made up for.
+    let left_out = "step-parts, seed 1: not trained yet, left out";
+    fixture.check(
+        &["eval", "run", "--set", "compare.seeds=[0, 1]"],
+        0,
+        left_out,
+    );
+    let without = "step-parts, seed 1: the run has no weights of it, so it is not trained";
+    let message = fixture.check(&["rerun", "run", "--out", "one"], 0, without);
+    assert!(message.contains(" compared, 0 of them differ"), "{message}");
+    assert!(!fixture.path("one/checkpoints/step-parts-1").exists());
+    fixture.check(&["eval", "run", "--set", "compare.seeds=[0]"], 0, "");
+
     // Weights record the settings of the evaluation, which `eval` may have changed.
     fixture.check(&["eval", "run", "--set", "tokens.test_tokens=50"], 0, "");
     let message = fixture.check(&["rerun", "run", "--out", "fewer"], 1, "");
@@ -715,9 +726,9 @@ fn a_run_is_repeated_from_its_folder() {
     fixture.check(
         &["rerun", "run", "--set", "train.steps=3"],
         2,
-        "--set and --init would make another run",
+        "unexpected argument '--set' found",
     );
-    fixture.check(&["rerun", "data"], 2, "only a finished run can be compared");
+    fixture.check(&["rerun", "data"], 2, "data is not a run folder");
 }
 
 #[test]

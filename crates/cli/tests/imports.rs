@@ -294,6 +294,19 @@ bootstrap = 20
         0,
         "1 left out: `mine`: no labels for this shape",
     );
+    // The run can be scored and repeated from another folder, and resumed with the relative paths of earlier versions.
+    let run_path = root.join("run");
+    let run_path = run_path.to_str().unwrap();
+    let elsewhere = root.join("labels");
+    check(&elsewhere, &["eval", run_path], 0, "");
+    let repeated = check(&elsewhere, &["rerun", run_path, "--out", "../again"], 0, "");
+    assert!(repeated.contains(", 0 of them differ"), "{repeated}");
+    let config_file = root.join("run/config.toml");
+    let stored = fs::read_to_string(&config_file).unwrap();
+    let relative = stored.replace(&format!("{}/labels", root.display()), "labels");
+    assert_ne!(relative, stored);
+    fs::write(&config_file, relative).unwrap();
+    check(root, &[&run[..], &["--resume"]].concat(), 0, "");
     let split = fs::read_to_string(root.join("run/split.json")).unwrap();
     assert!(split.contains("\"imported\""), "{split}");
 

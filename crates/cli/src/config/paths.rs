@@ -17,7 +17,7 @@ impl LoadedConfig {
                 make_absolute(value_at(&mut table, &["sources", name, key]))?;
             }
         }
-        make_absolute(value_at(&mut table, &["split", "manifest"]))?;
+        // `split.manifest` is read only once, and split.json records how it was written.
         make_absolute(value_at(&mut table, &["train", "init"]))?;
         let paths = value_at(&mut table, &["data", "paths"]);
         for path in paths.and_then(Value::as_array_mut).into_iter().flatten() {

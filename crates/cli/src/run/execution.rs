@@ -13,6 +13,13 @@ pub(crate) struct ExecutionArgs {
     /// Set a key of the config to another value; can be given several times. `partprobe config show base` lists the keys.
     #[arg(long, value_name = "KEY=VALUE")]
     pub(crate) set: Vec<String>,
+    #[command(flatten)]
+    pub(crate) machine: MachineArgs,
+}
+
+/// The part of a machine that the work uses. The results do not depend on the number of threads.
+#[derive(Clone, Debug, clap::Args)]
+pub(crate) struct MachineArgs {
     /// The number of threads; one per core if not given. The results do not depend on it.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: Option<u16>,
@@ -80,7 +87,7 @@ pub(crate) struct Execution {
 
 impl Execution {
     /// Sets up threads and Ctrl-C. It may be called once per process.
-    pub(crate) fn new(args: &ExecutionArgs) -> Result<Self> {
+    pub(crate) fn new(args: &MachineArgs) -> Result<Self> {
         let backend = args.backend.backend()?;
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
         let threads = args.jobs.map_or(cores, usize::from);

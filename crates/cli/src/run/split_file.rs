@@ -19,6 +19,8 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
 
 /// The file's name in the run folder.
 const FILE: &str = "split.json";
@@ -73,6 +75,36 @@ impl SplitSettings {
 pub(crate) struct LeftOut {
     id: String,
     reason: String,
+}
+
+/// Refuses a label source that a run cannot train on, before its folder is changed. A folder without a split can train on every
+/// source.
+///
+/// # Errors
+/// If the split in the folder does not know the source.
+pub(crate) fn ensure_source_of_run(root: &Path, source: &str) -> Result<()> {
+    #[derive(Deserialize)]
+    struct Sources {
+        sources: Vec<String>,
+    }
+    let text = fs::read(root.join(FILE)).ok();
+    // A damaged split is reported by the stage that reads all of it.
+    match text.and_then(|text| serde_json::from_slice::<Sources>(&text).ok()) {
+        Some(split) => ensure_among(source, &split.sources),
+        None => Ok(()),
+    }
+}
+
+fn ensure_among(source: &str, known: &[String]) -> Result<()> {
+    ensure!(
+        known.iter().any(|known| known == source),
+        UsageError(format!(
+            "`{source}` was not compared when this run's shapes were chosen (only {}), so some of them may have no labels by it; \
+             name it in compare.supervision of a new run folder",
+            known.join(", ")
+        ))
+    );
+    Ok(())
 }
 
 #[derive(Deserialize)]
@@ -161,15 +193,7 @@ impl SplitFile {
     /// # Errors
     /// If it does not know the source.
     pub(crate) fn ensure_source(&self, source: &str) -> Result<()> {
-        ensure!(
-            self.sources.iter().any(|known| known == source),
-            UsageError(format!(
-                "`{source}` was not compared when this run's shapes were chosen (only {}); name it in \
-                 compare.supervision of a new run folder",
-                self.sources.join(", ")
-            ))
-        );
-        Ok(())
+        ensure_among(source, &self.sources)
     }
 
     /// The label sources by which every shape on a side has at least two labels.

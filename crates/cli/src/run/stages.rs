@@ -11,7 +11,7 @@ use super::folder::RunFolder;
 use super::held_out::{HeldOut, ensure_trained_here};
 use super::scoring_context::{Boundaries, ScoringContext};
 use super::shapes::{Points, Shape};
-use super::training_args::TrainingArgs;
+use super::training_args::TrainingProcessArgs;
 use super::training_job::{TrainingJob, TrainingRecord};
 use super::weights::weights_path;
 use crate::config::Config;
@@ -96,7 +96,7 @@ impl<'a> Run<'a> {
         &mut self,
         supervision: &str,
         seed: u64,
-        args: &TrainingArgs,
+        args: &TrainingProcessArgs,
     ) -> Result<()> {
         let data = self.data.training_data()?;
         let weights = self.folder.path(&weights_path(supervision, seed));

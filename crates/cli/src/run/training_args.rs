@@ -4,9 +4,20 @@ use super::shapes::Points;
 use partprobe_net::Fault;
 use std::time::{Duration, Instant};
 
-/// How a training is executed. Only a fault changes its numbers.
+/// The weights from which a training starts, and how it is executed.
 #[derive(Clone, Debug, clap::Args)]
 pub(crate) struct TrainingArgs {
+    /// Start from these weights instead of random ones, like --set 'train.init="WEIGHTS"'. `{source}` and `{seed}` are replaced
+    /// by those of the training.
+    #[arg(long, value_name = "WEIGHTS")]
+    init: Option<String>,
+    #[command(flatten)]
+    pub(crate) process: TrainingProcessArgs,
+}
+
+/// How a training is executed. Only a fault changes its numbers.
+#[derive(Clone, Debug, clap::Args)]
+pub(crate) struct TrainingProcessArgs {
     /// The number of threads that load shapes in advance. With 0, the threads of the updates load them when they are needed.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(0..=1024))]
     pub(super) loaders: u16,
@@ -14,10 +25,6 @@ pub(crate) struct TrainingArgs {
     /// results are the same.
     #[arg(long)]
     resample: bool,
-    /// Start from these weights instead of random ones, like --set 'train.init="WEIGHTS"'. `{source}` and `{seed}` are replaced
-    /// by those of the training.
-    #[arg(long, value_name = "WEIGHTS")]
-    init: Option<String>,
     /// Stop a training after this number of minutes, like Ctrl-C: a checkpoint is written, --resume continues, and the exit code
     /// is 130.
     #[arg(long, value_name = "MINUTES", value_parser = minutes)]
@@ -28,12 +35,11 @@ pub(crate) struct TrainingArgs {
 }
 
 impl TrainingArgs {
-    /// The storage of the points of training shapes.
-    pub(crate) fn points(&self) -> Points {
-        if self.resample {
-            Points::Redrawn
-        } else {
-            Points::Kept
+    /// The arguments of a training whose weights are determined by the config alone.
+    pub(crate) fn of_config(process: TrainingProcessArgs) -> Self {
+        Self {
+            init: None,
+            process,
         }
     }
 
@@ -42,6 +48,17 @@ impl TrainingArgs {
         let init = self.init.iter();
         let init = init.map(|path| format!("train.init={}", toml::Value::from(path.as_str())));
         set.iter().cloned().chain(init).collect()
+    }
+}
+
+impl TrainingProcessArgs {
+    /// The storage of the points of training shapes.
+    pub(crate) fn points(&self) -> Points {
+        if self.resample {
+            Points::Redrawn
+        } else {
+            Points::Kept
+        }
     }
 
     /// The time at which to stop with a checkpoint.

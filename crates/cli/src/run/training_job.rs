@@ -3,7 +3,7 @@
 use super::execution::Execution;
 use super::folder::RunFolder;
 use super::shapes::ShapeIdentity;
-use super::training_args::TrainingArgs;
+use super::training_args::TrainingProcessArgs;
 use super::validation::Validation;
 use crate::config::Config;
 use anyhow::Result;
@@ -18,7 +18,7 @@ pub(crate) struct TrainingJob<'a> {
     pub(crate) seed: u64,
     pub(crate) data: &'a TrainingData,
     pub(crate) execution: &'a Execution,
-    pub(crate) args: &'a TrainingArgs,
+    pub(crate) args: &'a TrainingProcessArgs,
 }
 
 /// The identity of the shapes of a training.

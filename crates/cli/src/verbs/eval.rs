@@ -2,8 +2,8 @@
 
 use crate::config::{Config, Difference, differences, load, shown};
 use crate::run::{
-    Execution, ExecutionArgs, Run, RunFolder, checked_expectations, ensure_settings_of, is_scoring,
-    named_sources, remembered_data,
+    Execution, ExecutionArgs, Run, RunFolder, checked_expectations, ensure_settings_of,
+    ensure_source_of_run, is_scoring, named_sources, remembered_data,
 };
 use crate::usage::UsageError;
 use anyhow::{Result, ensure};
@@ -37,10 +37,16 @@ pub(crate) fn eval(args: &EvalArgs) -> Result<ExitCode> {
     let config_file = folder.path("config.toml").to_string_lossy().into_owned();
     let loaded = load(&config_file, &args.execution.set)?.with_absolute_paths()?;
     loaded.config.ensure_point_probe()?;
-    refuse_new_settings(&load(&config_file, &[])?.config, &loaded.config)?;
+    let stored = load(&config_file, &[])?.config;
+    refuse_new_settings(&stored, &loaded.config)?;
+    for source in &loaded.config.compare.supervision {
+        if !stored.compare.supervision.contains(source) {
+            ensure_source_of_run(folder.root(), source)?;
+        }
+    }
     named_sources(&loaded.config).map_err(|error| loaded.located(&error))?;
     checked_expectations(&loaded.config).map_err(|error| loaded.located(&error))?;
-    let execution = Execution::new(&args.execution)?;
+    let execution = Execution::new(&args.execution.machine)?;
     let data = match &args.data {
         Some(path) => path.clone(),
         None => remembered_data(&folder)?,

@@ -29,7 +29,7 @@ pub(crate) struct ReplayArgs {
 /// # Errors
 /// If the folder is not a dump.
 pub(crate) fn replay(args: &ReplayArgs) -> Result<ExitCode> {
-    let execution = Execution::new(&args.execution)?;
+    let execution = Execution::new(&args.execution.machine)?;
     ensure!(
         args.dump.join(DumpedUpdate::FILE).is_file(),
         UsageError(format!(

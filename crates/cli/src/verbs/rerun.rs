@@ -1,11 +1,12 @@
 //! Runs `partprobe rerun`: it repeats a run only from its folder, and compares the results byte by byte.
 
-use crate::config::{DataSource, load};
+use crate::config::{Config, DataSource, load};
 use crate::counted::counted;
-use crate::run::{ExecutionArgs, RunFolder, TrainingArgs, remembered_data};
+use crate::run::{MachineArgs, RunFolder, TrainingProcessArgs, remembered_data, weights_path};
+use crate::stderr;
 use crate::stdout::print_result;
 use crate::usage::UsageError;
-use crate::verbs::run::{RunArgs, run};
+use crate::verbs::run::{RunArgs, run, trainings};
 use anyhow::{Context, Result, ensure};
 use std::collections::BTreeSet;
 use std::fs;
@@ -32,9 +33,9 @@ pub(crate) struct RerunArgs {
     #[arg(long)]
     resume: bool,
     #[command(flatten)]
-    training: TrainingArgs,
+    training: TrainingProcessArgs,
     #[command(flatten)]
-    execution: ExecutionArgs,
+    machine: MachineArgs,
 }
 
 /// Repeats and compares.
@@ -42,17 +43,16 @@ pub(crate) struct RerunArgs {
 /// # Errors
 /// If the folder is not a finished run, or a stage fails.
 pub(crate) fn rerun(args: &RerunArgs) -> Result<ExitCode> {
-    ensure!(
-        args.training.overrides(&args.execution.set).is_empty(),
-        UsageError(
-            "--set and --init would make another run; use `partprobe run` for that".to_owned()
-        )
-    );
     let config_file = args.run.join("config.toml");
-    if config_file.is_file() {
-        let config = load(&config_file.to_string_lossy(), &[])?.config;
-        config.ensure_point_probe()?;
-    }
+    ensure!(
+        config_file.is_file(),
+        UsageError(format!(
+            "{} is not a run folder: it has no config.toml",
+            args.run.display()
+        ))
+    );
+    let config = load(&config_file.to_string_lossy(), &[])?.config;
+    config.ensure_point_probe()?;
     ensure!(
         args.run.join("scores.jsonl").is_file(),
         UsageError(format!(
@@ -65,11 +65,11 @@ pub(crate) fn rerun(args: &RerunArgs) -> Result<ExitCode> {
         begin_again(&args.run, &out)?;
     }
     let repeated = RunArgs::of_folder(
-        args.run.join("config.toml").to_string_lossy().into_owned(),
+        config_file.to_string_lossy().into_owned(),
         data_of(&args.run)?,
         out.clone(),
-        true,
-        (args.training.clone(), args.execution.clone()),
+        finished_trainings(&args.run, &config),
+        (args.training.clone(), args.machine.clone()),
     );
     // A missed bound is a result that is also compared.
     run(&repeated)?;
@@ -88,6 +88,19 @@ pub(crate) fn rerun(args: &RerunArgs) -> Result<ExitCode> {
     } else {
         ExitCode::FAILURE
     })
+}
+
+/// The trainings of the run that have weights. Others are named, and not trained, because there is nothing to compare them with.
+fn finished_trainings(run: &Path, config: &Config) -> Vec<(String, u64)> {
+    let is_finished =
+        |(supervision, seed): &(String, u64)| run.join(weights_path(supervision, *seed)).is_file();
+    let (finished, others): (Vec<_>, Vec<_>) = trainings(config).into_iter().partition(is_finished);
+    for (supervision, seed) in others {
+        stderr::print_line(format_args!(
+            "{supervision}, seed {seed}: the run has no weights of it, so it is not trained"
+        ));
+    }
+    finished
 }
 
 /// Makes the new folder with the inputs of the run: its config, and its split, which was not changed by an evaluation against

@@ -4,9 +4,9 @@ use crate::config::{Config, DataSource, load};
 use crate::given_path::ensure_exists;
 use crate::label::{LabelJob, label_paths};
 use crate::run::{
-    EndpointTables, Execution, ExecutionArgs, Run, RunFolder, RunRecord, TrainingArgs,
-    checked_expectations, ensure_frozen_parts, ensure_initial_weights, ensure_settings_of,
-    named_sources, page_of_run, remember_data, settings_of, today, with_data,
+    EndpointTables, Execution, ExecutionArgs, MachineArgs, Run, RunFolder, RunRecord, TrainingArgs,
+    TrainingProcessArgs, checked_expectations, ensure_frozen_parts, ensure_initial_weights,
+    ensure_settings_of, named_sources, page_of_run, remember_data, settings_of, today, with_data,
 };
 use crate::usage::UsageError;
 use crate::verbs::synth::write_parts;
@@ -44,6 +44,9 @@ pub(crate) struct RunArgs {
     training: TrainingArgs,
     #[command(flatten)]
     execution: ExecutionArgs,
+    /// The label source and the seed of each training that a repetition trains. `None` means all trainings of the config.
+    #[arg(skip)]
+    only: Option<Vec<(String, u64)>>,
 }
 
 impl RunArgs {
@@ -52,16 +55,20 @@ impl RunArgs {
         config: String,
         data: Vec<PathBuf>,
         out: PathBuf,
-        resume: bool,
-        (training, execution): (TrainingArgs, ExecutionArgs),
+        only: Vec<(String, u64)>,
+        (process, machine): (TrainingProcessArgs, MachineArgs),
     ) -> Self {
         Self {
             config,
             data,
             out: Some(out),
-            resume,
-            training,
-            execution,
+            resume: true,
+            training: TrainingArgs::of_config(process),
+            execution: ExecutionArgs {
+                set: Vec::new(),
+                machine,
+            },
+            only: Some(only),
         }
     }
 }
@@ -78,7 +85,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode> {
     named_sources(&loaded.config).map_err(located)?;
     checked_expectations(&loaded.config).map_err(located)?;
     let data = given_data(args, &loaded.config)?;
-    let loaded = with_data(&data, loaded, &args.config, &set)?.with_absolute_paths()?;
+    let loaded = with_data(&data, loaded, &args.config, &set)?;
     let data_set = match data.as_slice() {
         [path] if Dataset::is_at(path) => Some(settings_of(path)?),
         _ => None,
@@ -87,9 +94,10 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode> {
         .out
         .clone()
         .unwrap_or_else(|| Path::new("runs").join(format!("{}-{}", today(), loaded.name)));
-    let execution = Execution::new(&args.execution)?;
+    let execution = Execution::new(&args.execution.machine)?;
     let supervision = &loaded.config.compare.supervision;
     ensure_initial_weights(&loaded.config, supervision, &root, execution.backend)?;
+    let loaded = loaded.with_absolute_paths()?;
     let folder = RunFolder::open(&root, &loaded.merged, args.resume)?;
     let data_names = data.iter().map(|path| path.display().to_string()).collect();
     let mut timed = Stages {
@@ -107,7 +115,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode> {
         timed.record.write(&folder)?;
         return Ok(ExitCode::SUCCESS);
     }
-    let points = args.training.points();
+    let points = args.training.process.points();
     let mut run = timed.stage("sample", || {
         Run::new(&dataset, &loaded.config, &folder, &execution, points)
     })?;
@@ -115,9 +123,15 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode> {
     remember_data(&folder, dataset.root())?;
     run.note_collisions()?;
     run.note_source_card()?;
-    for (supervision, seed) in trainings(&loaded.config) {
+    let trainings = args
+        .only
+        .clone()
+        .unwrap_or_else(|| trainings(&loaded.config));
+    for (supervision, seed) in trainings {
         let name = format!("train {supervision}-{seed}");
-        timed.stage(&name, || run.train(&supervision, seed, &args.training))?;
+        timed.stage(&name, || {
+            run.train(&supervision, seed, &args.training.process)
+        })?;
     }
     let rows = timed.stage("evaluate", || run.evaluate())?;
     timed.record.write(&folder)?;
@@ -208,7 +222,7 @@ pub(super) fn labeled_into(
 }
 
 /// The trainings in their order: seed by seed, supervision by supervision.
-fn trainings(config: &Config) -> Vec<(String, u64)> {
+pub(super) fn trainings(config: &Config) -> Vec<(String, u64)> {
     let of_seed = |&seed: &u64| {
         config
             .compare

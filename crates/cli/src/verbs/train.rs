@@ -3,7 +3,8 @@
 use crate::config::load;
 use crate::run::{
     Execution, ExecutionArgs, Run, RunFolder, RunRecord, TrainingArgs, ensure_frozen_parts,
-    ensure_initial_weights, remember_data, settings_of, weights_path, with_data,
+    ensure_initial_weights, ensure_source_of_run, remember_data, settings_of, weights_path,
+    with_data,
 };
 use crate::stdout::print_result;
 use crate::usage::UsageError;
@@ -32,7 +33,7 @@ pub(crate) struct TrainArgs {
     /// The run folder.
     #[arg(long, value_name = "RUN")]
     out: PathBuf,
-    /// Resume an interrupted training, or add a source to the same folder.
+    /// Resume an interrupted training, or train another source of compare.supervision into the same folder.
     #[arg(long)]
     resume: bool,
     #[command(flatten)]
@@ -50,33 +51,35 @@ pub(crate) fn train(args: &TrainArgs) -> Result<ExitCode> {
     let loaded = load(&args.config, &set)?;
     loaded.config.ensure_point_probe()?;
     ensure_frozen_parts(&loaded.config).map_err(|error| loaded.located(&error))?;
+    ensure_source_of_run(&args.out, &args.supervision)?;
     let known = &loaded.config.compare.supervision;
     ensure!(
         known.contains(&args.supervision),
         UsageError(format!(
-            "`{}` is not in compare.supervision ({}); add it with --set 'compare.supervision=[\"…\"]'",
+            "`{}` is not in compare.supervision ({}); add it with --set 'compare.supervision={}'",
             args.supervision,
-            known.join(", ")
+            known.join(", "),
+            toml::Value::from([known.as_slice(), std::slice::from_ref(&args.supervision)].concat())
         ))
     );
     // This is checked before the folder is made, so that a mistyped path does not leave a folder behind.
     let dataset = Dataset::open(&args.data)?;
-    let loaded = with_data(std::slice::from_ref(&args.data), loaded, &args.config, &set)?
-        .with_absolute_paths()?;
-    let config = &loaded.config;
-    let execution = Execution::new(&args.execution)?;
+    let loaded = with_data(std::slice::from_ref(&args.data), loaded, &args.config, &set)?;
+    let execution = Execution::new(&args.execution.machine)?;
     let supervision = std::slice::from_ref(&args.supervision);
-    ensure_initial_weights(config, supervision, &args.out, execution.backend)?;
+    ensure_initial_weights(&loaded.config, supervision, &args.out, execution.backend)?;
+    let loaded = loaded.with_absolute_paths()?;
+    let config = &loaded.config;
     let folder = RunFolder::open(&args.out, &loaded.merged, args.resume)?;
     let data = vec![args.data.display().to_string()];
     RunRecord::new(&execution, data, Some(settings_of(&args.data)?)).begin_training(&folder)?;
-    let points = args.training.points();
+    let points = args.training.process.points();
     let mut run = Run::new(&dataset, config, &folder, &execution, points)?;
     remember_data(&folder, &args.data)?;
     run.note_collisions()?;
     run.note_source_card()?;
     for &seed in &config.compare.seeds {
-        run.train(&args.supervision, seed, &args.training)?;
+        run.train(&args.supervision, seed, &args.training.process)?;
         print_result(
             folder
                 .path(&weights_path(&args.supervision, seed))

@@ -66,7 +66,7 @@ struct Found {
 /// # Errors
 /// If the folder is not a library, its backbone does not exist any more, or a query cannot be read.
 pub(crate) fn nearest(args: &NearestArgs) -> Result<ExitCode> {
-    let execution = Execution::new(&args.execution)?;
+    let execution = Execution::new(&args.execution.machine)?;
     let model = LibraryModel::read(&args.library)?;
     ensure!(
         model.form == Form::Shapes.name(),

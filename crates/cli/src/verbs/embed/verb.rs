@@ -69,7 +69,7 @@ pub(crate) struct EmbedArgs {
 /// # Errors
 /// If the run has no such backbone, a shape could not be embedded, or the output cannot be written.
 pub(crate) fn embed(args: &EmbedArgs) -> Result<ExitCode> {
-    let execution = Execution::new(&args.execution)?;
+    let execution = Execution::new(&args.execution.machine)?;
     ensure_preparation(&args.execution.set, &[])?;
     let backbone = args.backbone.open(&args.execution.set, execution.backend)?;
     // Before the folder is made, so that inputs without a shape do not leave it behind.

@@ -109,7 +109,7 @@ struct VerdictFile<'a> {
 /// If the sources are unknown, the budget is too small, or a stage fails. `--resume` continues.
 pub(crate) fn verdict(args: &VerdictArgs) -> Result<ExitCode> {
     let begun = Instant::now();
-    let execution = Execution::new(&args.execution)?;
+    let execution = Execution::new(&args.execution.machine)?;
     let root = args
         .out
         .clone()
@@ -270,7 +270,7 @@ impl<'a> Session<'a> {
             return Err(error);
         }
         let seed = loaded.config.compare.seeds[0];
-        run.train(&self.mine.name, seed, &self.args.training)?;
+        run.train(&self.mine.name, seed, &self.args.training.process)?;
         let boundaries = run.boundaries()?;
         let begun = Instant::now();
         run.score_trained(&self.mine.name, seed, &boundaries)?;
@@ -285,7 +285,7 @@ impl<'a> Session<'a> {
     }
 
     fn run<'b>(&'b self, loaded: &'b LoadedConfig, folder: &'b RunFolder) -> Result<Run<'b>> {
-        let points = self.args.training.points();
+        let points = self.args.training.process.points();
         Run::new(self.dataset, &loaded.config, folder, self.execution, points)
     }
 
@@ -312,7 +312,7 @@ impl<'a> Session<'a> {
         let mut stopped_after = None;
         for &seed in &loaded.config.compare.seeds {
             for source in &loaded.config.compare.supervision {
-                run.train(source, seed, &self.args.training)?;
+                run.train(source, seed, &self.args.training.process)?;
                 rows.extend(run.score_trained(source, seed, &boundaries)?);
             }
             let found = look(&rows, &settings)?;
