@@ -61,6 +61,7 @@ mod verbs;
 
 use clap::{FromArgMatches, Parser};
 use command_line::command_line;
+use std::io::ErrorKind;
 use std::process::ExitCode;
 use stdout::TableForm;
 use verbs::Verb;
@@ -126,9 +127,24 @@ pub fn main() -> ExitCode {
         } else {
             "error: "
         };
-        stderr::print_line(format_args!("{prefix}{error:#}"));
+        stderr::print_line(format_args!("{prefix}{error:#}{}", remedy_of(&error)));
         ExitCode::from(exit_code(&error))
     })
+}
+
+/// What to do if there is no space for a file, as the end of a message. It is empty for all other errors.
+fn remedy_of(error: &anyhow::Error) -> &'static str {
+    let is_without_space = |cause: &(dyn std::error::Error + 'static)| {
+        let kind = cause.downcast_ref().map(std::io::Error::kind);
+        matches!(
+            kind,
+            Some(ErrorKind::StorageFull | ErrorKind::FileTooLarge | ErrorKind::QuotaExceeded)
+        )
+    };
+    match error.chain().any(is_without_space) {
+        true => "; free some space, or raise the limit for files, and repeat the command",
+        false => "",
+    }
 }
 
 /// The exit code: 130 if the user stopped the work, 2 for a wrong call, and 1 for any other error.

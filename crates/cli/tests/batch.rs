@@ -796,7 +796,7 @@ fn a_file_that_was_edited_since_is_named_and_labeled_again() {
         path,
         &resumed,
         2,
-        "their names or sizes differ (edited: s/d/part03.step)",
+        "their names or sizes differ (edited or unreadable: s/d/part03.step)",
     );
 
     // So is another name.

@@ -529,7 +529,7 @@ fn a_damaged_carrier_does_not_stop_the_others() {
         path,
         "export ply d/steps__p0.npz --out alone",
         1,
-        "no shape could be exported",
+        "no shape could be written; the lines above say why",
     );
 }
 

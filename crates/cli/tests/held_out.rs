@@ -480,7 +480,7 @@ fn a_backbone_that_has_seen_a_test_shape_is_refused() {
     fixture.check(
         &["eval", "run"],
         1,
-        &format!("{WEIGHTS}: it was trained on|test shapes|{seen}"),
+        &format!("{WEIGHTS}: |test shapes were in its training|{seen}"),
     );
     let resumed = [
         "train",
@@ -524,7 +524,7 @@ fn a_backbone_that_has_seen_a_test_shape_is_refused() {
         "",
     );
     fixture.replace_training("elsewhere/checkpoints/step-parts-0");
-    fixture.check(&["eval", "run"], 1, "it was trained on");
+    fixture.check(&["eval", "run"], 1, "test shapes were in its training");
 }
 
 /// Trains on `step-parts` into `out` from the weights of the run, or from others that `change` names.
@@ -570,7 +570,7 @@ fn weights_that_would_make_a_comparison_unfair_start_no_training() {
         "split",
         &["split.seed=3"],
         1,
-        "train.init names weights that cannot be used here|it was trained on or chosen by|test shapes",
+        "train.init: these weights cannot be used here|test shapes were in their training or validation",
     );
     check_started(
         &fixture,
@@ -609,7 +609,7 @@ fn weights_that_would_make_a_comparison_unfair_start_no_training() {
             other,
         ],
         1,
-        "train.init names weights that cannot be used here",
+        "train.init: these weights cannot be used here",
     );
 
     let both = r#"compare.supervision=["step-parts", "brep-face"]"#;

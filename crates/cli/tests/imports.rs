@@ -449,7 +449,7 @@ fn a_damaged_line_is_named_and_the_others_are_used() {
         table.starts_with("faces: 2 of 3 shapes have labels"),
         "{table}"
     );
-    let reason = "unless they are in all.jsonl, line 2, which cannot be read: not JSON";
+    let reason = "they may be in all.jsonl, line 2, which cannot be read: not JSON";
     assert!(table.contains(reason), "{table}");
 }
 

@@ -164,10 +164,10 @@ impl<T> Entries<T> {
         let n_more = damaged.len() - 1;
         let more = match n_more {
             0 => String::new(),
-            _ => format!(", or in {n_more} more entries that cannot be read"),
+            _ => format!(", or in {n_more} more lines that cannot be read"),
         };
         JoinProblem::Unreadable(format!(
-            "no labels for this shape, unless they are in {name}, which cannot be read: {reason}{more}"
+            "no labels are named after this shape; they may be in {name}, which cannot be read: {reason}{more}"
         ))
     }
 

@@ -102,7 +102,11 @@ impl fmt::Display for JoinReport {
 
 /// The first names, and the number of further ones.
 pub(crate) fn named(names: &[String]) -> String {
-    let first = &names[..names.len().min(MAX_NAMED)];
+    let shown = |name: &String| match name.as_str() {
+        "" => "\"\"".to_owned(),
+        name => name.to_owned(),
+    };
+    let first: Vec<String> = names.iter().take(MAX_NAMED).map(shown).collect();
     let n_more = names.len() - first.len();
     match n_more {
         0 => first.join(", "),

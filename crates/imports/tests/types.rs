@@ -187,7 +187,7 @@ fn a_damaged_line_is_named_where_it_matters() {
         "faces",
         path,
         lines(&[other, "{"]),
-        "no labels for this shape, unless they are in labels.jsonl, line 2, which cannot be read: not JSON",
+        "no labels are named after this shape; they may be in labels.jsonl, line 2, which cannot be read: not JSON",
     );
     let without_labels = r#"{"file": "solid.step", "labels": 3}"#;
     check_refused(

@@ -244,7 +244,9 @@ pub(super) fn position_of(
             .split('.')
             .map(|part| part.trim().trim_matches('"'))
             .collect();
-        rest_below(key, &assigned.join(".")).is_some()
+        let assigned = assigned.join(".");
+        // A problem of a table may come from one of its keys.
+        rest_below(key, &assigned).is_some() || rest_below(&assigned, key).is_some()
     };
     if let Some(assignment) = overrides.iter().rev().find(assigns) {
         return Some(as_written(assignment));

@@ -120,14 +120,14 @@ impl ChangedInputs {
     pub(super) fn warn(&self) {
         for source in self.sources.iter().take(MAX_NAMED) {
             stderr::print_line(format_args!(
-                "warning: {source} is labeled again, because it was edited after it was labeled"
+                "warning: {source} is labeled again, because it was edited or cannot be read any more"
             ));
         }
         if self.sources.len() > MAX_NAMED {
             let more = counted(
                 self.sources.len() - MAX_NAMED,
-                "other edited file is",
-                "other edited files are",
+                "other such file is",
+                "other such files are",
             );
             stderr::print_line(format_args!("warning: and {more} labeled again"));
         }

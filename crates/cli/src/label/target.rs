@@ -142,7 +142,7 @@ fn input_changes(
     let mut changes = RenamedInputs::find(records, comparison.files, has_all_records).named();
     let changed = ChangedInputs::find(records, comparison)?;
     if !changed.is_empty() {
-        changes.push(format!("edited: {}", changed.named()));
+        changes.push(format!("edited or unreadable: {}", changed.named()));
     }
     Ok(changes)
 }

@@ -8,6 +8,9 @@ use partprobe_eval::ScoreRow;
 use partprobe_net::Voxels;
 use std::collections::BTreeSet;
 
+/// The clusterer that finds the number of clusters itself.
+const MODES: &str = "modes";
+
 /// The shapes that tables are about.
 #[derive(Clone, Debug)]
 pub(super) struct TestShapes {
@@ -105,11 +108,16 @@ fn settings(
         (Normals::OfConfig, NormalConfig::Triangle) => "of the triangles",
         (Normals::OfConfig, NormalConfig::Analytic) => "of the true surface",
     };
+    let mut clusterers = config.eval.clusterers.iter();
+    let found_k = match clusterers.any(|clusterer| clusterer.name() == MODES) {
+        true => " (`modes` finds its own K)",
+        false => "",
+    };
     let seeds: Vec<String> = trained_seeds.iter().map(u64::to_string).collect();
     format!(
         "θ {theta_deg}°, τ_min {tau_min}; tessellation: chord {chord_fraction} of the diagonal, angle {angle_rad} rad, volume \
          loss {volume_loss}; {} points, normals {normals}, labels by the triangle of each point (transfer `index`); about {} \
-         {voxels} tokens, {}; K of the reference (`modes`: found), {} restarts, clustering seed {}; training seeds {}; \
+         {voxels} tokens, {}; K of the reference{found_k}, {} restarts, clustering seed {}; training seeds {}; \
          commit {}, data {data_hash}.",
         config.sample.n_points,
         config.tokens.test_tokens,

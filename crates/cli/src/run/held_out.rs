@@ -145,16 +145,20 @@ impl HeldOut<'_> {
     fn ensure_unseen(&self, trained_on: &TrainedOn) -> Result<()> {
         let identified = |shape: &&Shape| (shape.id.clone(), shape.identity.clone());
         let test: Vec<(String, ShapeIdentity)> = self.test.iter().map(identified).collect();
-        ensure_unseen(&trained_on.train, "trained on", &test)?;
-        ensure_unseen(&trained_on.valid, "chosen by", &test)?;
+        ensure_unseen(&trained_on.train, "its training", &test)?;
+        ensure_unseen(&trained_on.valid, "its validation", &test)?;
         if let Some(initial) = &trained_on.initial {
-            ensure_unseen(&initial.seen, "started from weights of", &test)?;
+            ensure_unseen(
+                &initial.seen,
+                "the training of the weights that it started from",
+                &test,
+            )?;
         }
         Ok(())
     }
 }
 
-/// Refuses weights that have seen a test shape. `what` describes them in the message.
+/// Refuses weights that have seen a test shape. `what` says in the message where they have seen it.
 ///
 /// # Errors
 /// If they have.
@@ -175,8 +179,8 @@ pub(super) fn ensure_unseen(
     let named = seen[..seen.len().min(MAX_NAMED)].join(", ");
     let more = if seen.len() > MAX_NAMED { ", …" } else { "" };
     bail!(
-        "it was {what} {} of the {} test shapes ({named}{more}), so its scores on them would say nothing; score it in a run \
-         whose test shapes it has not seen",
+        "{} of the {} test shapes were in {what} ({named}{more}), so scores on them mean nothing; make a run whose test shapes are \
+         new to the backbone",
         seen.len(),
         test.len()
     );

@@ -11,6 +11,7 @@ use partprobe_eval::{CardRow, ShapeKey, SplitCandidate};
 use partprobe_formats::mesh_hash;
 use partprobe_sources::{BoxedSource, LabelSource, SourceLabels};
 use serde::{Deserialize, Serialize};
+use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
@@ -77,6 +78,12 @@ pub(crate) struct ShapeIdentity {
     pub(crate) imported: BTreeMap<String, String>,
 }
 
+/// If there are more reasons than this, only the most frequent ones are named. A wrong key of a label source may have a reason of its
+/// own for each shape, with the name of the file.
+const MAX_REASONS: usize = 12;
+/// The number of reasons that are named then.
+const MAX_NAMED_REASONS: usize = 3;
+
 /// The number of used shapes, and the reasons why the others were left out.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 pub(crate) struct Selection {
@@ -126,10 +133,28 @@ impl fmt::Display for Selection {
             "{} of {} labeled shapes take part",
             self.taking_part, self.labeled
         )?;
-        for (reason, ids) in &self.left_out {
-            write!(f, "; {} left out: {reason}", ids.len())?;
+        let mut reasons: Vec<(&String, usize)> = self
+            .left_out
+            .iter()
+            .map(|(reason, ids)| (reason, ids.len()))
+            .collect();
+        let mut n_unnamed = 0;
+        if reasons.len() > MAX_REASONS {
+            reasons.sort_by_key(|&(reason, n_shapes)| (Reverse(n_shapes), reason));
+            n_unnamed = reasons[MAX_NAMED_REASONS..].iter().map(|(_, n)| n).sum();
         }
-        Ok(())
+        let n_named = if n_unnamed > 0 {
+            MAX_NAMED_REASONS
+        } else {
+            reasons.len()
+        };
+        for (reason, n_shapes) in &reasons[..n_named] {
+            write!(f, "; {n_shapes} left out: {reason}")?;
+        }
+        match reasons.len() - n_named {
+            0 => Ok(()),
+            n_reasons => write!(f, "; {n_unnamed} left out for {n_reasons} other reasons"),
+        }
     }
 }
 
@@ -369,6 +394,26 @@ fn n_labels(labels: &[i32]) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn many_reasons_are_counted() {
+        let mut selection = Selection::of(30);
+        for n in 0..2 {
+            selection.leave_out("too few parts", &n.to_string());
+        }
+        assert_eq!(
+            selection.to_string(),
+            "28 of 30 labeled shapes take part; 2 left out: too few parts"
+        );
+        for n in 2..20 {
+            selection.leave_out(&format!("{n:02}.csv: no column"), &n.to_string());
+        }
+        assert_eq!(
+            selection.to_string(),
+            "10 of 30 labeled shapes take part; 2 left out: too few parts; 1 left out: 02.csv: no column; 1 left out: 03.csv: no \
+             column; 16 left out for 16 other reasons"
+        );
+    }
 
     #[test]
     fn a_collection_is_what_stands_before_the_separator() {

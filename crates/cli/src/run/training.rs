@@ -52,10 +52,10 @@ impl TrainingJob<'_> {
         if let Some(loaded) = &loaded {
             ensure_unseen(
                 &loaded.initial.seen,
-                "trained on or chosen by",
+                "their training or validation",
                 &self.data.test,
             )
-            .context("train.init names weights that cannot be used here")?;
+            .context("train.init: these weights cannot be used here")?;
         }
         Ok(loaded)
     }

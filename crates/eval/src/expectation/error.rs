@@ -17,7 +17,7 @@ pub enum ExpectationError {
     },
     /// The metric does not exist.
     #[error(
-        "`{key}` asks for the metric `{metric}`, which does not exist; the metrics are {}",
+        "`{key}` ends with `{metric}`, which is not a metric; the metrics are {}",
         Metric::known_names()
     )]
     Metric {

@@ -127,7 +127,7 @@ fn what_cannot_be_decided_is_refused_by_its_key() {
     check_refused(
         "a/b.iou",
         ">= 0",
-        "asks for the metric `iou`, which does not exist; the metrics are miou, accuracy",
+        "ends with `iou`, which is not a metric; the metrics are miou, accuracy",
     );
     for bound in ["", "0.5", "= 0.5", "=> 0.5", ">= x", ">= NaN", ">= inf"] {
         check_refused("a/b.miou", bound, "write >=, >, <= or < and a number");

@@ -20,7 +20,7 @@ impl Tables {
         let mut text = String::new();
         if !primary.is_empty() {
             text.push_str(
-                "\nPrimary endpoints, which the config names; p is corrected for their number (Holm):\n\n\
+                "\nPrimary endpoints (`compare.primary`, or mIoU against the first reference if it is empty); p is corrected for their number (Holm):\n\n\
                  | endpoint | Δ | seeds | deviation between seeds | p |\n|---|---:|---:|---:|---:|\n",
             );
             for (row, metric, found) in &primary {

@@ -66,8 +66,8 @@ impl DifferenceRow {
                 )
             }
             None => format!(
-                "{resolved}. More shapes alone would not resolve ±{SMALL_DIFFERENCE}: the trainings differ too much between \
-                 seeds."
+                "{resolved}. For ±{SMALL_DIFFERENCE}, more seeds are needed: the trainings differ too much between seeds for more \
+                 shapes to be enough."
             ),
         }
     }
@@ -242,8 +242,8 @@ mod tests {
             (
                 Some(0.04),
                 Some(0.015),
-                "resolve a difference of mIoU of ±0.040. More shapes alone would not resolve ±0.02: the trainings differ too much \
-                 between seeds.",
+                "resolve a difference of mIoU of ±0.040. For ±0.02, more seeds are needed: the trainings differ too much between \
+                 seeds for more shapes to be enough.",
             ),
             (Some(0.01), None, "resolve a difference of mIoU of ±0.010."),
         ] {

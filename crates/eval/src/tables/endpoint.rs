@@ -25,7 +25,7 @@ pub enum EndpointError {
     Form(String),
     /// There is no such metric.
     #[error(
-        "`{text}` asks for the metric `{metric}`, which does not exist; the metrics are {}",
+        "`{text}` ends with `{metric}`, which is not a metric; the metrics are {}",
         Metric::known_names()
     )]
     Metric {
@@ -90,7 +90,7 @@ mod tests {
             ("miou", "is not an endpoint"),
             (".miou", "is not an endpoint"),
             ("a@.miou", "is not an endpoint"),
-            ("a.iou", "the metric `iou`"),
+            ("a.iou", "ends with `iou`, which is not a metric"),
         ] {
             let error = Endpoint::parse(text).unwrap_err().to_string();
             assert!(error.contains(expected), "{error}");

@@ -1,11 +1,15 @@
 //! Reads labels in CSV with a header.
 //!
 //! One column names the face: `step_id`, `name`, or `index`, with or without `face_` before it. One column is the label: `label`,
-//! `class` or `instance`, or the one that the user names. If there are only labels, the rows are in the order of the faces. With a column `shape` or `file`, one file can have many shapes.
+//! `class` or `instance`, or the one that the user names. If there are only labels, the rows are in the order of the faces. With a
+//! column `shape` or `file`, one file can have many shapes. A column `id` has the ids of the faces if no other column names the faces
+//! and all its values are whole numbers; otherwise, it names the shapes.
 
 use super::face_labels::{FaceLabels, NamedLabels, RawLabel, raw_label};
 
-const SHAPE_COLUMNS: &[&str] = &["shape", "file", "id"];
+const SHAPE_COLUMNS: &[&str] = &["shape", "file"];
+/// A column that may name the shapes or the faces.
+const ID_COLUMN: &str = "id";
 const STEP_ID_COLUMNS: &[&str] = &["step_id", "face_step_id", "face_id", "entity"];
 const NAME_COLUMNS: &[&str] = &["name", "face_name"];
 const INDEX_COLUMNS: &[&str] = &["index", "face_index", "face", "order"];
@@ -116,11 +120,21 @@ impl Table {
             (KeyKind::Name, NAME_COLUMNS),
             (KeyKind::Index, INDEX_COLUMNS),
         ];
+        let mut key = key
+            .into_iter()
+            .find_map(|(kind, names)| Some((kind, first_of(&header, names)?)));
+        let mut shape = first_of(&header, SHAPE_COLUMNS);
+        if let Some(column) = first_of(&header, &[ID_COLUMN]) {
+            let is_number = |row: &Row| whole_number(&row.cells[column]).is_some();
+            if key.is_none() && rows.iter().all(is_number) {
+                key = Some((KeyKind::StepId, column));
+            } else {
+                shape = shape.or(Some(column));
+            }
+        }
         Ok(Self {
-            shape: first_of(&header, SHAPE_COLUMNS),
-            key: key
-                .into_iter()
-                .find_map(|(kind, names)| Some((kind, first_of(&header, names)?))),
+            shape,
+            key,
             label: label_column(&header, column)?,
             header,
             rows,
@@ -212,6 +226,12 @@ fn label_column(header: &[String], column: Option<&str>) -> Result<usize, String
     }
 }
 
+/// A number like `12` or `#12`.
+fn whole_number(cell: &str) -> Option<u64> {
+    let cell = cell.trim();
+    cell.strip_prefix('#').unwrap_or(cell).parse().ok()
+}
+
 fn first_of(header: &[String], names: &[&str]) -> Option<usize> {
     header
         .iter()
@@ -272,6 +292,8 @@ mod tests {
         check("label\n-1\n4\n", None, ordered);
         let chosen = Ok(FaceLabels::ByStepId(some(&[("7", "2")])));
         check("step_id,class,instance\n7,9,2\n", Some("instance"), chosen);
+        let by_id = Ok(FaceLabels::ByStepId(some(&[("12", "0"), ("19", "4")])));
+        check("id,label\n12,0\n#19,4\n", None, by_id);
     }
 
     #[test]
@@ -337,5 +359,14 @@ mod tests {
             },
         ];
         assert_eq!(found, expected);
+        for (text, shapes_in_it) in [
+            ("id,step_id,label\n7,1,2\n8,1,3\n", vec!["7", "8"]),
+            ("id,label\na.step,1\nb.step,2\n", vec!["a.step", "b.step"]),
+            ("id,label\n7,1\n8,2\n", vec![]),
+        ] {
+            let found = shapes(text.as_bytes(), None).unwrap();
+            let names: Vec<&str> = found.iter().map(|shape| shape.file.as_str()).collect();
+            assert_eq!(names, shapes_in_it, "{text}");
+        }
     }
 }

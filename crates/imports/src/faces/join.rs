@@ -111,7 +111,7 @@ fn keys_of_entries(entries: &[FaceLabels]) -> Result<JoinBy, JoinProblem> {
     let is_mixed = entries.iter().any(|entry| of_entry(entry) != first);
     if is_mixed || (first == JoinBy::Order && entries.len() > 1) {
         return Err(refused(format!(
-            "{} entries are named after this shape, and their labels cannot be put together",
+            "{} files or lines have labels of this shape, and they name the faces in different ways, or not at all; give one of them",
             entries.len()
         )));
     }

@@ -185,7 +185,10 @@ impl Batch<'_> {
             "{out}: {shapes} in {files}, {} failed",
             failed.len()
         ))?;
-        ensure!(n_written > 0, "no shape could be exported");
+        ensure!(
+            n_written > 0,
+            "no shape could be written; the lines above say why"
+        );
         refuse_damaged_carriers(lines.iter().filter(|line| line.is_damaged).count())
     }
 }

@@ -93,9 +93,10 @@ impl fmt::Display for GivenReport {
             writeln!(f, "bounding box: {} to {}", numbers(low), numbers(high))?;
         }
         for row in self.labels.iter().take(MAX_ROWS) {
-            let name = row.name.as_deref().unwrap_or("unnamed");
+            let name = row.name.as_ref();
+            let name = name.map_or_else(String::new, |name| format!(" (`{name}` in the file)"));
             let n_elements = counted(row.n_elements, one, several);
-            writeln!(f, "label {}: {name} in the file, {n_elements}", row.label)?;
+            writeln!(f, "label {}{name}: {n_elements}", row.label)?;
         }
         if self.labels.len() > MAX_ROWS {
             writeln!(f, "and {} more labels", self.labels.len() - MAX_ROWS)?;

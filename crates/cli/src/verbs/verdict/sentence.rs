@@ -1,5 +1,6 @@
 //! Describes a verdict in sentences.
 
+use crate::counted::counted;
 use partprobe_eval::{FalseAlarms, Look, Needed, Verdict};
 use std::time::Duration;
 
@@ -68,16 +69,16 @@ impl Finding<'_> {
     fn needed(&self) -> String {
         match self.look.needed() {
             Needed::Seeds(n) => {
-                let hours = self.time_per_seed.as_secs_f64() * n as f64 / 3600.0;
-                let time = if hours < 1.0 {
-                    format!("{:.0} minutes", (60.0 * hours).ceil())
+                let minutes = self.time_per_seed.as_secs_f64() * n as f64 / 60.0;
+                let time = if minutes < 60.0 {
+                    counted(minutes.ceil() as usize, "minute", "minutes")
                 } else {
-                    format!("{hours:.1} hours")
+                    format!("{:.1} hours", minutes / 60.0)
                 };
-                format!("it needs about {time}, for {n} seeds of each source")
+                format!("this takes {n} seeds of each source, about {time} on this machine")
             }
             Needed::Shapes(n) => format!(
-                "it needs about {n} held-out shapes, since more hours on these {} would not do",
+                "this takes about {n} held-out shapes, and more seeds on these {} are not enough",
                 self.look.n_shapes
             ),
         }
@@ -95,7 +96,8 @@ pub(super) fn error_rate(measured: &FalseAlarms) -> String {
         ..
     } = measured;
     format!(
-        "Among {n_seeds} real trainings on one source, {n_false_verdicts} of {n_verdicts} such verdicts were false, and \
-         {n_false_pairs} of {n_pairs} pairs of single trainings differed with p < 0.05 (docs/studies/false-alarms.md)."
+        "How often is such a verdict wrong? Between {n_seeds} trainings that differ only in their seeds, {n_false_verdicts} of \
+         {n_verdicts} verdicts found a difference, and so did {n_false_pairs} of {n_pairs} tests of two single trainings \
+         (docs/studies/false-alarms.md)."
     )
 }
