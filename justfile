@@ -195,7 +195,7 @@ truck:
 
 # The wheel of Python, the module and the program, in wheels/ of the target folder: just wheel [TARGET] (maturin comes from pip)
 wheel target="":
-    tools/wheel/build.sh {{target}}
+    PARTPROBE_COMMIT="$(git rev-parse HEAD)" tools/wheel/build.sh {{target}}
 
 # Archives of the program for machines without Rust and Python: just dist [--label-only] [TARGET...] (zig comes from pip)
 dist *arguments:

@@ -15,6 +15,11 @@ oldest=2.17
 test -x "$tools/bin/python" || python3 -m venv "$tools"
 "$tools/bin/python" -m pip install --quiet --disable-pip-version-check maturin==1.16.0
 built="$CARGO_TARGET_DIR/release"
+# A wheel to publish names its commit in `partprobe --version` and in the records of runs. Without a target, the variable would make
+# cargo compile again what the tests have compiled.
+if [ -n "$target" ] && commit=$(git rev-parse HEAD 2>/dev/null); then
+    export PARTPROBE_COMMIT="${PARTPROBE_COMMIT:-$commit}"
+fi
 # The tag of the wheel depends on the library of the module, too.
 what=(--bins --lib)
 for_target=()

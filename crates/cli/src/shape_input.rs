@@ -9,11 +9,14 @@ use crate::interrupt::Interrupt;
 use crate::label::{LabelJob, StoppedBatch, label_paths, warn_of_unread};
 use crate::standard_input::{STDIN_NAME, StandardInput, is_standard_input, with_standard_input};
 use crate::usage::UsageError;
-use anyhow::{Context, Result, anyhow, ensure};
+use anyhow::{Context, Result, anyhow, bail, ensure};
 use partprobe_carrier::Carrier;
 use partprobe_dataset::{CarrierRef, Dataset, IndexEntry, SETTINGS_FILE, Status};
+use partprobe_formats::arrays_from_npz;
+use partprobe_imports::is_given_name;
 use partprobe_label::Unit;
 use rayon::{ThreadPool, ThreadPoolBuilder};
+use serde::Deserialize;
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Component, Path, PathBuf};
@@ -22,8 +25,8 @@ use std::sync::Arc;
 /// The arguments that name the shapes.
 #[derive(Clone, Debug, clap::Args)]
 pub(crate) struct ShapeArgs {
-    /// Data sets and carrier files (.npz), or anything that `label` reads: STEP files, folders, lists, archives; `-` is the
-    /// standard input.
+    /// Data sets, folders of `predict`, and carrier files (.npz), or anything that `label` reads: STEP files, meshes, point clouds,
+    /// folders, lists, archives; `-` is the standard input.
     #[arg(required = true, value_name = "PATH")]
     pub(crate) paths: Vec<PathBuf>,
     /// The number of threads; one per core if not given. The result does not depend on it.
@@ -193,22 +196,43 @@ impl ShapeArgs {
         let settings = [self.own_settings.as_slice(), &self.set].concat();
         let mut config = config::load(&self.config, &settings)?.config;
         config.label.emit = vec![Emit::Carrier];
-        let mut sources = ShapeInputs::default();
+        let mut sources = ShapeInputs {
+            _scratch: Some(Scratch(scratch.to_owned())),
+            ..ShapeInputs::default()
+        };
         let mut unlabeled = Vec::new();
         let max_bytes = config.label.max_file_mb << 20;
         let (paths, input) = with_standard_input(&self.paths, STDIN_NAME, max_bytes)?;
         sources._standard_input = input;
         for path in &paths {
+            if points_of_carrier(path).is_some_and(|carrier| paths.contains(&carrier)) {
+                // `*.npz` in a folder of `predict` names both files of a shape.
+                continue;
+            }
             if needs_labeling(path) {
                 unlabeled.push(path.clone());
             } else if is_dataset(path) {
                 sources.add_dataset(&Dataset::open(path)?);
+            } else if is_predictions(path) {
+                sources.add_predictions(path)?;
             } else {
                 sources.shapes.push(ShapeInput::carrier_file(path));
             }
         }
-        if !unlabeled.is_empty() {
-            sources.label(&unlabeled, scratch, &config, self.n_threads(), interrupt)?;
+        // `label` reads meshes and clouds in a call of their own.
+        let (given, others): (Vec<PathBuf>, Vec<PathBuf>) = unlabeled
+            .into_iter()
+            .partition(|path| is_mesh_or_cloud(path));
+        let has_both = !given.is_empty() && !others.is_empty();
+        for (group, name) in [(others, "step"), (given, "meshes")] {
+            let folder = if has_both {
+                &scratch.join(name)
+            } else {
+                scratch
+            };
+            if !group.is_empty() {
+                sources.label(&group, folder, &config, self.n_threads(), interrupt)?;
+            }
         }
         sources.refuse_equal_ids()?;
         ensure!(
@@ -232,15 +256,83 @@ fn ensure_all_exist(paths: &[PathBuf]) -> Result<(), UsageError> {
     files.try_for_each(|path| ensure_exists(path))
 }
 
-/// Whether a path is neither a data set nor a carrier file.
+/// Whether a path is neither a data set, nor the folder of predictions, nor a carrier file.
 fn needs_labeling(path: &Path) -> bool {
     !is_dataset(path)
+        && !is_predictions(path)
         && (path.is_dir() || path.extension().is_none_or(|extension| extension != "npz"))
+}
+
+/// Whether a path is a file with a mesh or a cloud, by its name. A text file may also be a list of paths.
+fn is_mesh_or_cloud(path: &Path) -> bool {
+    let is_text = path
+        .extension()
+        .is_some_and(|ending| ending.eq_ignore_ascii_case("txt"));
+    path.is_file() && !is_text && is_given_name(&path.to_string_lossy())
 }
 
 /// Whether `label` wrote the folder, finished or not.
 fn is_dataset(path: &Path) -> bool {
     Dataset::is_at(path) || path.join(SETTINGS_FILE).is_file()
+}
+
+/// The file of an export that says how it was made.
+const EXPORT_FILE: &str = "export.json";
+/// The file of an export that lists the shapes.
+const SHAPES_FILE: &str = "shapes.jsonl";
+/// The format of an export by `predict`: carriers with a further layer.
+const PREDICTIONS: &str = "predictions";
+/// The ending of a file of `predict` with points. It is not a carrier.
+const POINTS_ENDING: &str = ".points.npz";
+
+/// Whether `predict` wrote the folder.
+fn is_predictions(path: &Path) -> bool {
+    #[derive(Deserialize)]
+    struct Export {
+        format: String,
+    }
+    let text = fs::read(path.join(EXPORT_FILE)).ok();
+    let export = text.and_then(|text| serde_json::from_slice::<Export>(&text).ok());
+    export.is_some_and(|export| export.format == PREDICTIONS)
+}
+
+/// The carrier of a shape whose predicted points are in this file.
+fn points_of_carrier(path: &Path) -> Option<PathBuf> {
+    let name = path.file_name()?.to_str()?.strip_suffix(POINTS_ENDING)?;
+    Some(path.with_file_name(format!("{name}.npz")))
+}
+
+/// A line of `shapes.jsonl` of `predict`.
+#[derive(Deserialize)]
+struct PredictedShape {
+    id: String,
+    source: String,
+    files: Vec<String>,
+    reason: Option<String>,
+}
+
+impl PredictedShape {
+    /// The shape with its carrier, or the reason why there is none.
+    fn shape(&self, folder: &Path) -> Result<ShapeInput, String> {
+        let is_carrier = |file: &&String| file.ends_with(".npz") && !file.ends_with(POINTS_ENDING);
+        let file = self.files.iter().find(is_carrier).ok_or_else(|| {
+            let reason = self.reason.as_deref();
+            reason.unwrap_or("it has no carrier").to_owned()
+        })?;
+        let stem = Path::new(file).with_extension("");
+        let is_inside = stem
+            .components()
+            .all(|part| matches!(part, Component::Normal(_)));
+        if !is_inside {
+            return Err(format!("`{file}` points outside the folder"));
+        }
+        Ok(ShapeInput {
+            id: self.id.clone(),
+            source: self.source.clone(),
+            stem,
+            ..ShapeInput::carrier_file(&folder.join(file))
+        })
+    }
 }
 
 /// A shape whose carrier can be read.
@@ -292,8 +384,23 @@ impl ShapeInput {
     /// # Errors
     /// If the file cannot be read, is not a carrier, or is not the one of its data set.
     pub(crate) fn carrier(&self) -> Result<Carrier> {
-        let (carrier, _) = self.carrier.read()?;
-        Ok(carrier)
+        match self.carrier.read() {
+            Ok((carrier, _)) => Ok(carrier),
+            Err(_) if self.has_points_alone() => bail!(
+                "it has points and no mesh; `embed` reads such a file, and all other verbs read points as PLY (`sample --format \
+                 ply`)"
+            ),
+            Err(error) => Err(error.into()),
+        }
+    }
+
+    /// Whether the file is not a carrier, but has a sample of points.
+    fn has_points_alone(&self) -> bool {
+        let bytes = fs::read(&self.carrier.path).ok();
+        let members = bytes.and_then(|bytes| arrays_from_npz(&bytes).ok());
+        members.is_some_and(|members| {
+            members.array("points").is_some() && members.array("meta").is_none()
+        })
     }
 
     /// The bytes of the carrier's file, which [`carrier`](Self::carrier) has checked.
@@ -339,8 +446,6 @@ impl ShapeInputs {
         n_workers: usize,
         interrupt: &Interrupt,
     ) -> Result<()> {
-        // From now on, the folder is always removed.
-        self._scratch = Some(Scratch(scratch.to_owned()));
         let job = LabelJob::in_folder(paths, scratch, config, n_workers);
         label_paths(&job, interrupt).map_err(|error| match error.downcast_ref() {
             Some(StoppedBatch { n_files }) => {
@@ -360,6 +465,30 @@ impl ShapeInputs {
                 .filter(|entry| entry.status == Status::Skipped),
         );
         self.add_dataset(&dataset);
+        Ok(())
+    }
+
+    /// Adds the shapes of a folder that `predict` wrote.
+    fn add_predictions(&mut self, folder: &Path) -> Result<()> {
+        let file = folder.join(SHAPES_FILE);
+        let text = fs::read_to_string(&file).with_context(|| {
+            format!(
+                "reading {}; `predict` writes it last, so repeat it with --resume",
+                file.display()
+            )
+        })?;
+        for (number, line) in (1..).zip(text.lines()) {
+            let line: PredictedShape = serde_json::from_str(line)
+                .with_context(|| format!("{}, line {number}", file.display()))?;
+            match line.shape(folder) {
+                Ok(shape) => self.shapes.push(shape),
+                Err(reason) => self.failed.push(FailedInput {
+                    id: line.id,
+                    source: line.source,
+                    reason,
+                }),
+            }
+        }
         Ok(())
     }
 

@@ -135,6 +135,24 @@ fn shapes_are_divided_and_other_verbs_read_the_labels() {
         "{told}"
     );
 
+    // The folder is an input of other verbs, like a data set. Pictures count the labels that they show.
+    let sheet = ["render", "parts", "--color", "predicted", "-o", "sheet.svg"];
+    assert_code(&fixture.program(&sheet), 0);
+    let svg = fs::read_to_string(fixture.path("sheet.svg")).unwrap();
+    let export = [
+        "export",
+        "ply",
+        "parts",
+        "--label",
+        "predicted",
+        "-o",
+        "ply",
+    ];
+    assert_code(&fixture.program(&export), 0);
+    let ply_files = contents(&fixture.path("mesh"));
+    let is_ply = |file: &&PathBuf| file.extension().is_some_and(|e| e == "ply");
+    let n_ply = ply_files.keys().filter(is_ply).count();
+
     let mut n_shapes = 0;
     for seg in files
         .keys()
@@ -151,6 +169,12 @@ fn shapes_are_divided_and_other_verbs_read_the_labels() {
             .collect();
         assert_eq!(lines, predicted.of_face());
         assert!((1..=carrier.n_parts()).contains(&predicted.n_labels()));
+        let drawn: BTreeSet<i32> = lines.iter().copied().collect();
+        let caption = match drawn.len() {
+            1 => "1 label<".to_owned(),
+            n => format!("{n} labels<"),
+        };
+        assert!(svg.contains(&caption), "{caption}");
 
         let points = fs::read(file.with_extension("points.npz")).unwrap();
         let of_point = arrays_from_npz(&points)
@@ -170,6 +194,7 @@ fn shapes_are_divided_and_other_verbs_read_the_labels() {
         }
     }
     assert!(n_shapes > 5, "{n_shapes}");
+    assert_eq!(n_ply, n_shapes);
 
     let labeled = files
         .keys()

@@ -42,7 +42,7 @@ pub(crate) struct AttachArgs {
     #[arg(long, value_name = "FILE")]
     list: Vec<PathBuf>,
     /// The folder to write.
-    #[arg(long, value_name = "DATASET")]
+    #[arg(long, short, value_name = "DATASET")]
     out: PathBuf,
     /// The number of worker processes; one per core if not given. The data set does not depend on it.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]

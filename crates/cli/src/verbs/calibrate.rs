@@ -41,7 +41,7 @@ pub(crate) struct CalibrateArgs {
     #[command(flatten)]
     shapes: ShapeArgs,
     /// A folder to write tables and plots to.
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, short, value_name = "DIR")]
     out: Option<PathBuf>,
     /// The operating threshold, in degrees.
     #[arg(long, value_name = "DEGREES", default_value_t = 8.0)]

@@ -27,7 +27,7 @@ pub(crate) struct CompletionsArgs {
 #[command(after_help = "Example: partprobe man --out ~/.local/share/man/man1")]
 pub(crate) struct ManArgs {
     /// The folder to write the pages to.
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, short, value_name = "DIR")]
     out: PathBuf,
 }
 

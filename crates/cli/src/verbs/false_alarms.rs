@@ -22,7 +22,7 @@ pub(crate) struct FalseAlarmsArgs {
     #[arg(value_name = "RUN")]
     run: PathBuf,
     /// Also write the counts as JSON to this file.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, short, value_name = "FILE")]
     out: Option<PathBuf>,
     /// Print JSON.
     #[arg(long)]

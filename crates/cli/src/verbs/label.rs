@@ -51,7 +51,7 @@ pub(crate) struct LabelArgs {
     #[arg(long, default_value = STDIN_NAME, value_name = "NAME")]
     stdin_name: String,
     /// The folder to write.
-    #[arg(long, value_name = "DATASET")]
+    #[arg(long, short, value_name = "DATASET")]
     out: PathBuf,
     /// What becomes a shape: the whole file, or each distinct solid.
     #[arg(long, value_enum)]

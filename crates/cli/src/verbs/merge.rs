@@ -31,7 +31,7 @@ pub(crate) struct MergeArgs {
     #[arg(required = true, value_name = "SHARE")]
     shares: Vec<PathBuf>,
     /// The folder to write.
-    #[arg(long, value_name = "DATASET")]
+    #[arg(long, short, value_name = "DATASET")]
     out: PathBuf,
     /// Do not check that the carriers of the shares are as they were labeled.
     #[arg(long)]

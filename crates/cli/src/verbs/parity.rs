@@ -20,7 +20,7 @@ pub(crate) struct ParityArgs {
     #[arg(value_name = "PATH", required = true)]
     paths: Vec<PathBuf>,
     /// The file to write.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, short, value_name = "FILE")]
     out: PathBuf,
     /// A shipped config or a TOML file.
     #[arg(long, default_value = "base", value_name = "NAME|FILE")]

@@ -34,7 +34,7 @@ pub(crate) struct RegistryArgs {
     #[arg(required = true, value_name = "PACKAGE")]
     packages: Vec<PathBuf>,
     /// Write the joined shapes as Parquet.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, short, value_name = "FILE")]
     out: Option<PathBuf>,
     /// Print everything as JSON.
     #[arg(long)]

@@ -48,7 +48,7 @@ pub(crate) struct ReleaseArgs {
     #[arg(value_name = "DATASET")]
     dataset: PathBuf,
     /// The folder to write.
-    #[arg(long, value_name = "PACKAGE")]
+    #[arg(long, short, value_name = "PACKAGE")]
     out: PathBuf,
     /// Leave out the names of files; ids are made from the hash of the STEP text.
     #[arg(long)]

@@ -27,7 +27,7 @@ pub(crate) struct RerunArgs {
     #[arg(value_name = "RUN")]
     run: PathBuf,
     /// The folder of the new run; `RUN-again` if not given.
-    #[arg(long, value_name = "RUN")]
+    #[arg(long, short, value_name = "RUN")]
     out: Option<PathBuf>,
     /// Resume a repetition that was interrupted.
     #[arg(long)]

@@ -35,7 +35,7 @@ pub(crate) struct RunArgs {
     #[arg(long, value_name = "PATH", num_args = 1..)]
     data: Vec<PathBuf>,
     /// The run folder; `runs/DATE-NAME` if not given.
-    #[arg(long, value_name = "RUN")]
+    #[arg(long, short, value_name = "RUN")]
     out: Option<PathBuf>,
     /// Resume an interrupted run in the same folder.
     #[arg(long)]

@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 The same seed gives the same files on any machine.")]
 pub(crate) struct SynthArgs {
     /// The folder to write to.
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, short, value_name = "DIR")]
     out: PathBuf,
     /// The number of parts; the config's synth.n if not given.
     #[arg(short, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=10_000_000))]

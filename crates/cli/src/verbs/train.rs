@@ -31,7 +31,7 @@ pub(crate) struct TrainArgs {
     #[arg(long, value_name = "SOURCE")]
     supervision: String,
     /// The run folder.
-    #[arg(long, value_name = "RUN")]
+    #[arg(long, short, value_name = "RUN")]
     out: PathBuf,
     /// Resume an interrupted training, or train another source of compare.supervision into the same folder.
     #[arg(long)]

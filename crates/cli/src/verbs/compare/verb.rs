@@ -61,7 +61,7 @@ pub(crate) struct CompareArgs {
     )]
     channels: Vec<ChannelName>,
     /// A folder to write tables and figures to.
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, short, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Print one JSON object.
     #[arg(long)]

@@ -10,8 +10,10 @@ use super::input::{Input, Inputs};
 use super::library_model::LibraryModel;
 use crate::backbone::{Backbone, BackboneArgs, ensure_preparation};
 use crate::counted::counted;
+use crate::given_path::ensure_exists;
 use crate::markdown_table::{Alignment, markdown_table};
 use crate::run::{Execution, ExecutionArgs};
+use crate::standard_input::is_standard_input;
 use crate::stdout::{print_line, print_tables};
 use crate::usage::UsageError;
 use anyhow::{Context, Result, ensure};
@@ -66,6 +68,8 @@ struct Found {
 /// # Errors
 /// If the folder is not a library, its backbone does not exist any more, or a query cannot be read.
 pub(crate) fn nearest(args: &NearestArgs) -> Result<ExitCode> {
+    let mut files = args.queries.iter().filter(|path| !is_standard_input(path));
+    files.try_for_each(|path| ensure_exists(path))?;
     let execution = Execution::new(&args.execution.machine)?;
     let model = LibraryModel::read(&args.library)?;
     ensure!(

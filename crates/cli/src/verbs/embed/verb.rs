@@ -48,7 +48,7 @@ pub(crate) struct EmbedArgs {
     #[arg(value_name = "PATH", required = true)]
     paths: Vec<PathBuf>,
     /// The folder to write to.
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, short, value_name = "DIR")]
     out: PathBuf,
     /// What a row of the embeddings belongs to: each token (the token of each point is written, too), each point, each face, or
     /// the shape.

@@ -10,7 +10,7 @@ pub(crate) struct FolderArgs {
     #[command(flatten)]
     pub(super) shapes: ShapeArgs,
     /// The folder to write.
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, short, value_name = "DIR")]
     pub(super) out: PathBuf,
     /// Replace an existing export.
     #[arg(long)]

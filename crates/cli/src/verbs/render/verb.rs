@@ -15,6 +15,7 @@ use partprobe_dataset::write_atomically;
 use partprobe_render::{Background, FaceLabel, PictureStyle, UpAxis, Viewpoint};
 use partprobe_sources::StepParts;
 use rayon::prelude::*;
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 /// The largest number of pixels of a sheet.
@@ -99,7 +100,7 @@ pub(crate) fn render(args: &RenderArgs) -> Result<()> {
         .map(|failed| format!("{}: {}", failed.id, failed.reason))
         .collect();
     let chosen = match args.most_parts {
-        Some(most) => with_most_parts(&sources.shapes, most as usize),
+        Some(most) => with_most_parts(&sources.shapes, most as usize, &args.color),
         None => sources.shapes.iter().collect(),
     };
     let cells = drawn(args, format, &chosen, &interrupt)?;
@@ -152,10 +153,22 @@ fn output_format(output: &Path) -> Result<PictureFormat> {
 }
 
 /// The shapes with the most parts, beginning with the largest number. In a tie, the lower id comes first.
-fn with_most_parts(shapes: &[ShapeInput], most: usize) -> Vec<&ShapeInput> {
+fn with_most_parts<'a>(
+    shapes: &'a [ShapeInput],
+    most: usize,
+    label: &FaceLabel,
+) -> Vec<&'a ShapeInput> {
     let count = |shape: &ShapeInput| {
-        let read = || shape.carrier().map_or(0, |carrier| carrier.n_parts());
-        shape.n_labels.unwrap_or_else(read)
+        let read = || {
+            shape
+                .carrier()
+                .map_or(0, |carrier| n_drawn_parts(&carrier, label))
+        };
+        match label {
+            // The index has these numbers.
+            FaceLabel::Part => shape.n_labels.unwrap_or_else(read),
+            _ => read(),
+        }
     };
     let mut ranked: Vec<(usize, &ShapeInput)> = shapes
         .par_iter()
@@ -235,8 +248,20 @@ fn note(carrier: &Carrier, args: &RenderArgs) -> String {
     if args.stages {
         String::new()
     } else {
-        format!(": {}", counted(carrier.n_parts(), "part", "parts"))
+        let [one, several] = match args.color {
+            FaceLabel::Layer(_) => ["label", "labels"],
+            _ => ["part", "parts"],
+        };
+        let n_parts = n_drawn_parts(carrier, &args.color);
+        format!(": {}", counted(n_parts, one, several))
     }
+}
+
+/// The number of parts that the drawn label distinguishes. Types, faces and colors are shown for the parts of the part rule.
+fn n_drawn_parts(carrier: &Carrier, label: &FaceLabel) -> usize {
+    let of_faces = label.parts_of_faces(carrier).unwrap_or_default();
+    let parts: BTreeSet<i32> = of_faces.into_iter().filter(|&part| part >= 0).collect();
+    parts.len()
 }
 
 /// The carrier, with new parts if another θ is requested.

@@ -52,7 +52,7 @@ pub(crate) struct SampleArgs {
     #[arg(required = true, value_name = "DATA")]
     data: Vec<PathBuf>,
     /// The folder to write.
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, short, value_name = "DIR")]
     out: PathBuf,
     /// The format of the samples.
     #[arg(long, value_enum)]

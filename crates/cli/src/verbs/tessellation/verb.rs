@@ -53,7 +53,7 @@ pub(crate) struct TessellationArgs {
     #[arg(long, value_name = "N", default_value_t = 100_000, value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
     points: u32,
     /// A folder to write tables and pictures to.
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, short, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Print one JSON object.
     #[arg(long)]

@@ -62,7 +62,7 @@ pub(crate) struct VerdictArgs {
     #[arg(long, value_enum, value_name = "VERDICT")]
     expect: Option<Expected>,
     /// The folder to write; `runs/DATE-verdict` if not given.
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, short, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Resume an interrupted verdict in the same folder.
     #[arg(long)]
