@@ -1,6 +1,10 @@
-"""Turns STEP files into batches of points and labels, without any deep learning library.
+"""Turns STEP files into batches of points and labels, without a deep learning library.
 
-With PyTorch, `torch.utils.data.DataLoader(partprobe.Dataset("dataset/"), batch_size=4, num_workers=2)` does the same.
+    python examples/batches.py
+
+The script generates four parts, labels them, and prints the shapes and types of the arrays of each batch. It needs numpy and the
+Python package partprobe. With PyTorch, `torch.utils.data.DataLoader(partprobe.Dataset("dataset/"), batch_size=4, num_workers=2)`
+makes such batches of a labeled data set.
 """
 
 from collections.abc import Iterator
@@ -11,7 +15,7 @@ from numpy.typing import NDArray
 
 
 def batches(shapes: list[partprobe.Carrier], size: int) -> Iterator[tuple[NDArray[np.float32], NDArray[np.int64]]]:
-    """Points with normals (B, N, 6), and the parts of the points (B, N)."""
+    """Yields batches: points with normals (B, N, 6), and the part of each point (B, N)."""
     for first in range(0, len(shapes), size):
         samples = [shape.sample(1000, seed=0) for shape in shapes[first : first + size]]
         features = [np.concatenate([sample.points, sample.normals], axis=1) for sample in samples]

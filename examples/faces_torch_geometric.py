@@ -1,9 +1,11 @@
-"""Trains a graph network of PyTorch Geometric to say which edges of a B-Rep lie inside a part, and which are borders of parts.
-
-In: a folder that `partprobe label` wrote. Out: the loss and the accuracy of each epoch, on the shapes that are trained on. It shows how the
-data goes from one library to the other. A real experiment holds shapes out.
+"""Trains a graph network of PyTorch Geometric to predict which edges of a B-Rep lie inside a part, and which edges separate two parts.
 
     faces_torch_geometric.py DATASET [EPOCHS]
+
+Input: DATASET, a folder that `partprobe label` wrote. The default number of epochs is 5.
+Output: the loss and the accuracy of each epoch, on stdout. Both are measured on the training shapes: the script only shows how the data
+goes from one library to the other. A real experiment measures on shapes that were not trained on.
+Needs partprobe, torch and torch_geometric.
 """
 
 import sys

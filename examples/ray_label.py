@@ -1,18 +1,20 @@
-"""Labels STEP files on a Ray cluster, and writes Parquet shards: ray_label.py PATH… --out DIR
-
-In: STEP files, folders, and archives (.zip, .tar, .tar.gz; .7z with `pip install py7zr`), on a disk that every node of the
-cluster sees at the same path. Out: `part-00000.parquet` and so on, with a row per shape and a row per file without one.
-
-Ray distributes the *names* of files only. Each task opens its files itself, so no retry of Ray can lose or repeat a row. The
-inputs are sorted and cut into shards of `--shard-size` names. A shard has the same bytes on every node, is
-written to a temporary name and renamed, and records which inputs it is of. The same command resumes: it keeps each shard whose
-record is right, and makes the others.
-
-A file that cannot be labeled, ends its process or takes too long is a row with a status, as in `index.jsonl` of
-`partprobe label`, which does the work in processes of its own.
+"""Labels STEP files on a Ray cluster, and writes Parquet shards.
 
     pip install 'ray[data]' pyarrow partprobe-*.whl
+    python ray_label.py PATH… --out DIR [--address ADDRESS] [-- OPTIONS OF partprobe label]
     python ray_label.py /shared/abc --out /shared/labels --address auto -- --unit solid
+
+Input: STEP files, folders, and archives (.zip, .tar, .tar.gz; .7z after `pip install py7zr`). They are on a disk that every node of
+the cluster sees at the same path.
+Output: `part-00000.parquet` and so on. Each shape has a row. A file without a shape has a row that gives its status and the reason,
+as in `index.jsonl` of `partprobe label`. `partprobe label` reads the files in worker processes, so a file that crashes or takes too
+long costs one row only.
+Exit status: 0 if all shards are finished, 1 if not.
+
+Ray distributes only the *names* of the files. Each task opens its files itself, so a retry by Ray cannot lose or repeat a row. The
+script sorts the inputs and divides them into shards of `--shard-size` names. A shard has the same bytes on every node. It is written
+to a temporary name and then renamed, and it records its inputs. To resume, run the same command again. It keeps the shards whose
+record is right, and makes the others.
 """
 
 import argparse
@@ -58,7 +60,7 @@ SCHEMA = pa.schema(
 
 
 class Input(NamedTuple):
-    """A STEP file, or a member of an archive: what its rows call it, where it is, and its size."""
+    """A STEP file, or a member of an archive: the name for its rows, its path, and its size."""
 
     source: str
     path: str
@@ -67,7 +69,7 @@ class Input(NamedTuple):
 
 
 class Job(NamedTuple):
-    """What every task needs to know: where shards are written, and the further arguments of `partprobe label`."""
+    """What every task gets: the folder for the shards, and the further arguments of `partprobe label`."""
 
     out: str
     options: list[str]
@@ -78,7 +80,7 @@ def is_step(name: str) -> bool:
 
 
 def members(archive: pathlib.Path) -> Iterator[tuple[str, int]]:
-    """The STEP files of an archive with their sizes."""
+    """Yields the name and the size in bytes of each STEP file in an archive."""
     name = archive.name.lower()
     if name.endswith(".zip"):
         with zipfile.ZipFile(archive) as opened:
@@ -94,7 +96,10 @@ def members(archive: pathlib.Path) -> Iterator[tuple[str, int]]:
 
 
 def list_inputs(paths: Iterable[pathlib.Path]) -> list[Input]:
-    """All STEP files at the paths, sorted by the names that their rows will have; a name is that of its argument and the way down."""
+    """Returns all STEP files at the paths, sorted by name.
+
+    The name of a file starts with the name of the argument that leads to it. Its rows get this name.
+    """
     found: dict[str, Input] = {}
     for given in paths:
         if not given.exists():
@@ -113,7 +118,7 @@ def list_inputs(paths: Iterable[pathlib.Path]) -> list[Input]:
                 continue
             for entry in inputs:
                 if found.setdefault(entry.source, entry) != entry:
-                    raise SystemExit(f"two inputs are called {entry.source}; give the folder above both of them")
+                    raise SystemExit(f"two inputs have the name {entry.source}; pass the folder that contains both")
     return [found[source] for source in sorted(found)]
 
 
@@ -122,14 +127,14 @@ def shard_name(number: int) -> str:
 
 
 def digest(inputs: list[Input], options: list[str]) -> str:
-    """What a shard must record to be kept: its inputs, the options of `label`, and the versions that decide its bytes."""
+    """Returns a hash of the inputs, the options of `label`, and the versions that affect the bytes. A finished shard records it."""
     named = [[entry.source, entry.n_bytes] for entry in inputs]
     text = json.dumps([named, options, partprobe.__version__, pa.__version__])
     return hashlib.sha256(text.encode()).hexdigest()
 
 
 def is_finished(out: str, number: int, expected: str) -> bool:
-    """Whether the shard is there, can be read, and is of these inputs."""
+    """Returns whether the shard exists, can be read, and was made from these inputs."""
     try:
         metadata = pq.read_metadata(pathlib.Path(out) / shard_name(number)).metadata or {}
     except (OSError, pa.ArrowInvalid):
@@ -138,7 +143,10 @@ def is_finished(out: str, number: int, expected: str) -> bool:
 
 
 def lay_out(inputs: list[Input], folder: pathlib.Path) -> dict[int, str]:
-    """Puts the inputs into a folder under their numbers: links to files, and unpacked members. Returns why some are missing."""
+    """Puts the inputs into a folder under their numbers: links to files, and extracted members of archives.
+
+    Returns the reason for each input that is missing there.
+    """
     missing: dict[int, str] = {}
     by_archive: dict[str, dict[str, int]] = {}
     for number, entry in enumerate(inputs):
@@ -159,13 +167,13 @@ def lay_out(inputs: list[Input], folder: pathlib.Path) -> dict[int, str]:
 
 
 def numbered(number: int, name: str) -> str:
-    """The number with the ending of the name, by which the program knows packed files."""
+    """Returns a file name: the number with the ending of `name`. partprobe recognizes compressed files by their ending."""
     ending = next(ending for ending in sorted(STEP_ENDINGS, key=len, reverse=True) if name.lower().endswith(ending))
     return f"{number:06}{ending}"
 
 
 def unpack(archive: pathlib.Path, wanted: dict[str, int], folder: pathlib.Path) -> None:
-    """Writes members of an archive into a folder, under their numbers."""
+    """Extracts members of an archive into a folder, under their numbers."""
     name = archive.name.lower()
     if name.endswith(".7z"):
         import py7zr
@@ -187,7 +195,7 @@ def unpack(archive: pathlib.Path, wanted: dict[str, int], folder: pathlib.Path) 
 
 
 def write(source: Any, path: pathlib.Path) -> None:
-    """Copies an open file; if it ends early, nothing is left at the path."""
+    """Copies an open file to a path. If the file ends early, nothing exists at the path."""
     unfinished = path.with_suffix(".unfinished")
     with open(unfinished, "wb") as target:
         shutil.copyfileobj(source, target)
@@ -195,12 +203,16 @@ def write(source: Any, path: pathlib.Path) -> None:
 
 
 def run_program(*arguments: str) -> "subprocess.CompletedProcess[str]":
+    """Runs `partprobe` from the environment of this Python, and returns the finished process with its output."""
     program = pathlib.Path(sys.executable).with_name("partprobe")
     return subprocess.run([str(program), *arguments], capture_output=True, text=True)
 
 
 def label(scratch: pathlib.Path, names: list[str], options: list[str]) -> list[dict[str, Any]]:
-    """The rows of files in `scratch/in`, without their sources. If the program itself ends, it gets the files one by one."""
+    """Returns the rows of the files in `scratch/in`, without their sources.
+
+    If partprobe itself crashes, this function labels the files one by one to find the cause.
+    """
     if not names:
         return []
     dataset, tables = scratch / "dataset", scratch / "tables"
@@ -233,11 +245,12 @@ def label(scratch: pathlib.Path, names: list[str], options: list[str]) -> list[d
 
 
 def number_of(source: str) -> int:
+    """Returns the number of an input from the name of its file in the folder."""
     return int(pathlib.PurePath(source).name.split(".")[0])
 
 
 def label_shard(number: int, inputs: list[Input], job: Job) -> dict[str, Any]:
-    """Labels the inputs of one shard and writes its file, unless it is there. Returns counts."""
+    """Labels the inputs of one shard and writes its file, unless it is finished. Returns its number, an error, and CPU seconds."""
     expected = digest(inputs, job.options)
     if is_finished(job.out, number, expected):
         return {"shard": number, "error": "", "cpu_s": 0.0}
@@ -264,13 +277,13 @@ def label_shard(number: int, inputs: list[Input], job: Job) -> dict[str, Any]:
 
 
 def cpu_seconds() -> float:
-    """CPU time of this process and of the programs that it ran."""
+    """Returns the CPU seconds of this process and of the programs that it ran."""
     used = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
     return sum(one.ru_utime + one.ru_stime for one in used)
 
 
 def run_on_ray(todo: dict[int, list[Input]], job: Job) -> list[dict[str, Any]]:
-    """One task per shard. What a task cannot do is in its row, so that it does not end the others."""
+    """Runs one task per shard, and returns their results. An error is part of a result, so it does not stop the other tasks."""
     import ray.data
 
     def task(row: dict[str, Any]) -> dict[str, Any]:
@@ -285,10 +298,10 @@ def run_on_ray(todo: dict[int, list[Input]], job: Job) -> list[dict[str, Any]]:
 
 
 def check_record(out: pathlib.Path, record: dict[str, Any]) -> None:
-    """Refuses a folder that another batch is written to, before any shard of it is replaced."""
+    """Refuses a folder with the shards of another batch, before a shard is replaced. Otherwise it writes the record of this batch."""
     path = out / "inputs.json"
     if path.exists() and json.loads(path.read_text()) != record:
-        raise SystemExit(f"{out} was made of other inputs, options or versions ({path} says which); choose another folder")
+        raise SystemExit(f"{out} was made from other inputs, options or versions (see {path}); choose another folder")
     unfinished = out / f".inputs.json.{os.getpid()}"
     unfinished.write_text(json.dumps(record, indent=1) + "\n")
     unfinished.replace(path)
@@ -298,13 +311,13 @@ def parse_arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("paths", nargs="+", type=pathlib.Path)
     parser.add_argument("--out", type=pathlib.Path, required=True)
-    parser.add_argument("--shard-size", type=int, default=1000, help="inputs of one shard (default: %(default)s)")
-    parser.add_argument("--address", help="a running cluster, for example `auto`; one is started on this machine if not given")
-    parser.add_argument("--attempts", type=int, default=3, help="how often a shard is tried (default: %(default)s)")
+    parser.add_argument("--shard-size", type=int, default=1000, help="number of inputs in a shard (default: %(default)s)")
+    parser.add_argument("--address", help="address of a running cluster, for example `auto`; without it, Ray starts one on this machine")
+    parser.add_argument("--attempts", type=int, default=3, help="number of attempts for each shard (default: %(default)s)")
     arguments = sys.argv[1:]
     cut = arguments.index("--") if "--" in arguments else len(arguments)
     parsed = parser.parse_args(arguments[:cut])
-    # Further arguments of `partprobe label`.
+    # The arguments after `--` go to `partprobe label`.
     parsed.options = arguments[cut + 1 :]
     return parsed
 
@@ -336,7 +349,7 @@ def main() -> int:
         for row in run_on_ray(todo, job):
             errors[row["shard"]] = row["error"]
             cpu_s += row["cpu_s"]
-        # The disk says what is done, and not Ray.
+        # Only a shard on the disk is finished, whatever Ray reports.
         todo = unfinished()
     for number in todo:
         print(f"error: {shard_name(number)}: {errors.get(number) or 'no task finished it'}", file=sys.stderr)

@@ -5,9 +5,9 @@
 #     job=$(sbatch --parsable slurm_array.sh /shared/abc labels --unit solid)
 #     sbatch --dependency=afterok:"$job" --wrap "partprobe merge labels/share-* --out labels/dataset"
 #
-# The inputs may be a folder, an archive or a list, at the same path on every node. Further arguments are those of `partprobe
-# label`. A task that was killed, or requeued, continues; a task that runs twice changes nothing. To repeat some tasks, use for
-# example `sbatch --array=5,9 slurm_array.sh …`: the number of shares stays the same.
+# The first argument is a folder, an archive or a list. Every node must see it at the same path. The second argument is the output
+# folder. Further arguments go to `partprobe label`. A task that was killed or requeued resumes. A second run of a finished task
+# changes nothing. To repeat some tasks, use for example `sbatch --array=5,9 slurm_array.sh …`. The number of shares stays the same.
 #SBATCH --job-name=partprobe
 #SBATCH --array=0-63
 #SBATCH --cpus-per-task=4
@@ -17,13 +17,13 @@
 #SBATCH --open-mode=append
 set -euo pipefail
 
-# As many as the array has tasks. Shares of one batch must agree on it.
+# The number of tasks of the array. It must be the same for all shares of a batch.
 shares=${SHARES:-64}
-inputs=${1:?the first argument is what to label}
-out=${2:?the second argument is a folder that all nodes see}
+inputs=${1:?pass the STEP files as the first argument: a folder, an archive or a list}
+out=${2:?pass the output folder as the second argument; all nodes must see it}
 task=${SLURM_ARRAY_TASK_ID:?submit this with sbatch}
 if [ "$task" -ge "$shares" ]; then
-    echo "error: task $task of $shares shares; set SHARES to the number of tasks" >&2
+    echo "error: task $task has no share, since there are $shares shares; set SHARES to the number of tasks" >&2
     exit 2
 fi
 

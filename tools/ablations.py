@@ -1,8 +1,11 @@
-"""Trains the ablations of docs/studies/ablations.md, one factor each, and prints a row of the table when one ends.
+"""Trains the ablations of docs/studies/ablations.md. Each row of the table changes one factor.
 
-In: the program and a folder for the runs; rows that are there already are read and not trained again.
-Out: a Markdown table on stdout: by each supervision its own validation scores, and the test score against STEP-Parts.
-Run it by `just ablations DIR`.
+    ablations.py OUT [--rows NAME…]        or: just ablations OUT
+
+Input: the program, and OUT, a folder for the runs. A run that already exists there is read, and not trained again.
+Output: a Markdown table on stdout. A row is printed when its training ends. For each supervision it has the validation scores against that
+supervision, and the test score against STEP-Parts.
+If a training fails, its error goes to stderr and its row is left out.
 """
 
 import argparse
@@ -40,7 +43,7 @@ ROWS = (
 
 
 def run(arguments, name, settings, data):
-    """Trains and scores a row. Returns the seconds that it took, or None if the row already existed."""
+    """Trains and scores a row, unless its run exists. Returns the run folder and the seconds that the run took."""
     out = arguments.out / name.replace(" ", "-").replace("(", "").replace(")", "")
     if (out / "scores.jsonl").exists():
         return out, json.loads((out / "seconds.json").read_text())
@@ -57,12 +60,13 @@ def run(arguments, name, settings, data):
 
 
 def validation(out, supervision):
+    """Returns the mIoU and the GTc mIoU of the last validation."""
     last = json.loads((out / f"checkpoints/{supervision}-0/validations.json").read_text())["validations"][-1]
     return last["miou"], last["gtc_miou"]
 
 
 def test_score(out, supervision):
-    """Mean k-means mIoU against STEP-Parts over the test shapes with 2 to 19 parts."""
+    """Returns the mean k-means mIoU against STEP-Parts over the test shapes with 2 to 19 parts."""
     rows = [json.loads(line) for line in (out / "scores.jsonl").read_text().splitlines()]
     wanted = {"supervision": supervision, "reference": "step-parts", "clusterer": "k-means"}
     scores = [r["miou"] for r in rows if all(r[key] == value for key, value in wanted.items()) and 2 <= r["k"] <= 19]
@@ -75,7 +79,7 @@ def main():
     parser.add_argument("--partprobe", default="target/release/partprobe")
     parser.add_argument("--config", default="configs/ablation.toml")
     parser.add_argument("--jobs", type=int, default=1)
-    parser.add_argument("--rows", nargs="+", metavar="NAME", help="train these only, for example `tiny` `pointnet`")
+    parser.add_argument("--rows", nargs="+", metavar="NAME", help="train only `defaults` and these rows, for example `tiny` `pointnet`")
     arguments = parser.parse_args()
     arguments.out.mkdir(parents=True, exist_ok=True)
     print("| row | settings | step-parts: own mIoU, GTc | normal-kmeans-20: own mIoU, GTc | test, by STEP-Parts | s |")
@@ -89,7 +93,7 @@ def main():
         except subprocess.CalledProcessError as error:
             print(f"{name}: {error}", file=sys.stderr)
             continue
-        # All rows share the parts that the first row made.
+        # All rows use the parts that the first row generated.
         data = ["--data", out / "data/carriers"] if not data else data
         own = " | ".join("{:.3f}, {:.3f}".format(*validation(out, supervision)) for supervision in SUPERVISIONS)
         scores = ", ".join(f"{test_score(out, supervision):.3f}" for supervision in SUPERVISIONS)

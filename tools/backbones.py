@@ -1,10 +1,13 @@
 """Trains backbones on the same shapes for the same time, and prints the table of docs/studies/backbones.md.
 
-In: the program, a data set that `partprobe label` made, a folder for the runs; runs that are there already are read and not
-trained again. Each row is one run of the config `hour` with another backbone. `partprobe bench step` measures the CPU seconds of
-an update, and the number of updates is what fits into the minutes.
-Out: Markdown on stdout. The scores are means over the test shapes with 2 to 19 parts, against STEP-Parts.
-Run it by `just study backbones FOLDER…`, which labels first.
+    backbones.py DATASET OUT        or, which labels first: just study backbones FOLDER…
+
+Input: the program, DATASET that `partprobe label` wrote, and OUT, a folder for the runs. A run that already exists there is read, and
+not trained again.
+Output: Markdown on stdout. The scores are means over the test shapes with 2 to 19 parts, against STEP-Parts.
+
+Each row is one run of the config `hour` with another backbone. `partprobe bench step` measures the CPU time of an update. The number of
+updates of a backbone follows from it, so that the updates of each training take `--minutes` of CPU time.
 """
 
 import argparse
@@ -25,28 +28,29 @@ ROWS = (
     ("ptx", "tiny"),
 )
 SOURCE = "step-parts"
-# A typical number of tokens of a shape in training. There, the number is drawn log-uniformly from 384 to 1 536.
+# A typical number of tokens of a training shape. A training draws this number log-uniformly from 384 to 1 536.
 TOKENS, BATCH = 832, 4
 
 
 def settings_of(backbone, preset):
-    """The settings of a backbone. Only PTv3 keeps the exchange between tokens of a cell, because no other backbone has it."""
+    """Returns the settings of a backbone. The exchange between the tokens of a cell stays on for PTv3; other backbones do not have it."""
     return [f"net.backbone.type={backbone}", f"net.backbone.preset={preset}"]
 
 
 def words(settings):
+    """Returns the settings as arguments of the command line."""
     return [word for setting in settings for word in ("--set", setting)]
 
 
 def measured(arguments, settings):
-    """The cost of an update: the object that `bench step` prints."""
+    """Returns the cost of an update, as the object that `bench step --json` prints."""
     command = [arguments.partprobe, "bench", "step", "--config", "hour", "--tokens", TOKENS, "--batch", BATCH, "--json"]
     done = subprocess.run([str(word) for word in command + words(settings)], check=True, capture_output=True, text=True)
     return json.loads(done.stdout)
 
 
 def run(arguments, name, settings):
-    """Trains and scores a row, unless it was done before. Returns the folder of its run."""
+    """Trains and scores a row, unless its run exists. Returns the run folder."""
     out = arguments.out / name
     if (out / "scores.jsonl").exists():
         return out
@@ -71,12 +75,13 @@ def run(arguments, name, settings):
 
 
 def ends(out):
-    """The last line of each training in the log."""
+    """Returns the last line of each training in the log."""
     lines = (json.loads(line) for line in (out / "log.jsonl").read_text().splitlines())
     return [line for line in lines if line["event"] == "end"]
 
 
 def scores(out, supervision):
+    """Returns the cells of the three scores of a row."""
     plain, refined = (spread(test_scores(out, supervision, column, "miou")) for column in ("k-means", "mean-shift+k-means"))
     return f"{plain} | {refined} | {spread(test_scores(out, supervision, 'k-means', 'gtc_miou'))}"
 
@@ -86,7 +91,7 @@ def main():
     parser.add_argument("data", type=pathlib.Path)
     parser.add_argument("out", type=pathlib.Path)
     parser.add_argument("--partprobe", default="target/release/partprobe")
-    parser.add_argument("--minutes", type=float, default=4.0, help="CPU minutes of updates of each training")
+    parser.add_argument("--minutes", type=float, default=4.0, help="CPU minutes that the updates of each training may take")
     parser.add_argument("--seeds", type=int, nargs="+", default=[0])
     arguments = parser.parse_args()
 

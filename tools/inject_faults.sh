@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# Runs a config without a fault and once with each fault: inject_faults.sh PROGRAM [CONFIG].
-# The run without a fault must meet its expectations (exit code 0). All others must miss one (exit code 3).
+# Proves that the expectations of a config detect faults of the training: inject_faults.sh PROGRAM [CONFIG]
+# It runs the config without a fault, and once with each fault. The run without a fault must meet its expectations (exit code 0).
+# Each other run must miss an expectation (exit code 3). It exits with 1 if a run ends otherwise.
 set -euo pipefail
 program=$1
 config=${2:-smoke}

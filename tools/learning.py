@@ -1,10 +1,11 @@
-"""Trains the rows of docs/studies/learning.md, one change of the training each, and prints its tables.
+"""Trains the rows of docs/studies/learning.md, and prints the tables. Each row changes one setting of the training.
 
-In: the program, a data set that `partprobe label` made, and a folder for the runs; rows that are there already are read and not
-trained again. Each row is one run of `real-small` with two label sources and three seeds.
-Out: Markdown on stdout. The first table decides: a change becomes a default if the validation mIoU of both sources rises by
-0.02 or more and their GTc mIoU falls by 0.02 or less. The second table has the scores of the test shapes.
-Run it by `just study learning DATASET`.
+    learning.py DATASET OUT [--rows CHANGE…]        or, which labels first: just study learning FOLDER…
+
+Input: the program, DATASET that `partprobe label` wrote, and OUT, a folder for the runs. A run that already exists there is read, and
+not trained again. Each row is one run of the config `real-small` with two label sources and three seeds.
+Output: Markdown on stdout. The first table decides: a change becomes a default if it raises the validation mIoU of both sources by 0.02 or
+more, and lowers their GTc mIoU by 0.02 or less. The second table has the scores of the test shapes.
 """
 
 import argparse
@@ -24,7 +25,7 @@ COMMON = (
     "train.steps=1500",
     "train.valid_every=1500",
     'net.refine={ type = "mean-shift", kappa = 20.0, steps = 8 }',
-    # The defaults before this study, with which each change is compared.
+    # The values that were the defaults before this study. Each change is compared with them.
     "loss.pull_weight=1.0",
     "loss.pull_margin=0.1",
 )
@@ -40,7 +41,7 @@ LEAST_GAIN, MOST_LOSS = 0.02, 0.02
 
 
 def run(arguments, name, settings):
-    """Trains and scores a row, unless it was done before. Returns the folder of its run."""
+    """Trains and scores a row, unless its run exists. Returns the run folder."""
     out = arguments.out / name.replace(",", "").replace(" ", "-")
     if (out / "scores.jsonl").exists():
         return out
@@ -56,13 +57,13 @@ def run(arguments, name, settings):
 
 
 def validations(out, source):
-    """For each seed, the last validation of a source against itself."""
+    """Returns, for each seed, the last validation of a source against itself."""
     of_seed = (json.loads((out / f"checkpoints/{source}-{seed}/validations.json").read_text()) for seed in SEEDS)
     return [found["validations"][-1] for found in of_seed]
 
 
 def test_scores(out, source, clusterer, metric):
-    """For each seed, the mean of a metric against STEP-Parts over the test shapes with 2 to 19 parts."""
+    """Returns, for each seed, the mean of a metric against STEP-Parts over the test shapes with 2 to 19 parts."""
     rows = [json.loads(line) for line in (out / "scores.jsonl").read_text().splitlines()]
     wanted = {"supervision": source, "reference": "step-parts", "clusterer": clusterer}
     rows = [row for row in rows if all(row[key] == value for key, value in wanted.items()) and 2 <= row["k"] <= 19]
@@ -70,17 +71,19 @@ def test_scores(out, source, clusterer, metric):
 
 
 def spread(values):
+    """Returns the mean and the standard deviation as text."""
     deviation = f" ± {statistics.stdev(values):.3f}" if len(values) > 1 else ""
     return f"{statistics.mean(values):.3f}{deviation}"
 
 
 def changes(out, first, source):
-    """The differences of the means of validation mIoU and GTc mIoU from those of the first row."""
+    """Returns by how much the mean validation mIoU and the mean GTc mIoU differ from those of the first row."""
     mean = lambda folder, metric: statistics.mean(found[metric] for found in validations(folder, source))
     return [mean(out, metric) - mean(first, metric) for metric in ("miou", "gtc_miou")]
 
 
 def verdict(out, first):
+    """Returns `yes` if the change is accepted, and `no` if not."""
     each = [changes(out, first, source) for source in SOURCES]
     accepted = all(miou >= LEAST_GAIN and gtc >= -MOST_LOSS for miou, gtc in each)
     return "yes" if accepted else "no"
@@ -94,7 +97,7 @@ def main():
     parser.add_argument("--config", default="real-small")
     parser.add_argument("--jobs", type=int, default=2)
     names = [name for name, _ in ROWS]
-    parser.add_argument("--rows", nargs="+", metavar="CHANGE", choices=names, default=names, help="the first is compared with")
+    parser.add_argument("--rows", nargs="+", metavar="CHANGE", choices=names, default=names, help="the rows; the first is the baseline")
     arguments = parser.parse_args()
     arguments.out.mkdir(parents=True, exist_ok=True)
     chosen = [(name, settings) for name, settings in ROWS if name in arguments.rows]

@@ -1,10 +1,18 @@
-"""Trains the main pair of docs/studies/pair.md with five seeds and at two points of a learning curve, and scores it under other conditions.
+"""Trains the main pair of docs/studies/pair.md, and scores it under other conditions.
 
     pair.py AAGNET FEATURES FOLDER OUT --partprobe PROGRAM
 
-AAGNET holds the labels that AAGNet gives to the faces, FEATURES the classes of the faces of MFCAD and of Fusion 360. FOLDER holds the
-groups of STEP files: abc, assemblies, conformance, electronics, fusion, mechanical and mfcad. OUT gets the data sets and the runs; those
-that are there already are not made again. Prints Markdown: the tables of the whole training, the learning curve, and the endpoints.
+Input:
+
+- AAGNET: the labels that AAGNet gives to the faces.
+- FEATURES: the classes of the faces of MFCAD and of Fusion 360.
+- FOLDER: the folder of the groups of STEP files: abc, assemblies, conformance, electronics, fusion, mechanical and mfcad.
+- OUT: the folder for the data sets and the runs. What already exists there is not made again.
+
+Output: Markdown on stdout: the learning curve, the primary endpoints of the whole training, the other endpoints, and the scores on
+machining features.
+
+The whole training has five seeds. The learning curve has two more points, with fewer updates or with fewer shapes.
 """
 
 import argparse
@@ -28,20 +36,20 @@ DATASETS = {
     "fusion": (("fusion",), ()),
 }
 SEEDS = "compare.seeds=[0,1,2]"
-# A setting only for the endpoints. All backbones are scored in the same way.
+# This setting applies only to the endpoints. It is the same for all backbones.
 RESTARTS = "eval.restarts=3"
-# The points of the learning curve, with their differences from the whole training.
+# The points of the learning curve, with the settings that differ from the whole training.
 CURVE = {
     "quarter-of-updates": (SEEDS, "train.steps=625", "train.valid_every=625"),
     "quarter-of-shapes": (SEEDS, "split.train_share=0.25"),
 }
-# Data sets of shapes with features: the largest number of shapes (0: all), and whether there are enough groups for a probe. All
-# files of Fusion 360 belong to one repository.
+# The data sets of shapes with features. The values are the largest number of shapes (0: all), and whether there are enough groups for
+# a probe. All files of Fusion 360 belong to one repository, which is too few groups.
 FEATURES = {"mfcad": (150, True), "fusion": (0, False)}
 
 
 def endpoints(out):
-    """The conditions of the endpoints, as a setting."""
+    """Returns the conditions of the endpoints, as a setting."""
     tables = [
         {"name": "T1", "data": str(out / "t1")},
         {"name": "T2", "data": str(out / "t2")},
@@ -59,17 +67,20 @@ def endpoints(out):
 
 
 def call(program, groups, verb, *words, settings=()):
-    """Runs a verb of the program. `groups` is the folder of the groups of STEP files."""
+    """Runs a command of the program. `groups` is the folder of the groups of STEP files."""
     command = [program, verb, *words, *(word for setting in settings for word in ("--set", setting))]
-    # The names of the groups become part of the ids, and a config names its manifest from the root of the repository.
+    # `label` runs in the folder of the groups, because their names become part of the ids. The other commands run in the root of the
+    # repository, because the path of the manifest in a config is relative to it.
     folder = groups if verb == "label" else ROOT
     result = subprocess.run([str(word) for word in command], cwd=folder, stdout=subprocess.DEVNULL)
-    # Label files that cannot be read do not stop the study.
+    # `label` exits with 1 if it could not read some files. This does not stop the study.
     if result.returncode not in ((0, 1) if verb == "label" else (0,)):
         raise SystemExit(f"{verb} ended with {result.returncode}")
 
 
 class Study:
+    """The steps of the study: labeling, training and scoring. Each step keeps the results of an earlier call."""
+
     def __init__(self, arguments):
         self.program, self.out, self.groups = arguments.partprobe, arguments.out, arguments.folder
         self.sources = (
@@ -82,11 +93,13 @@ class Study:
         call(self.program, self.groups, verb, *words, settings=settings)
 
     def label(self):
+        """Labels all data sets that do not exist."""
         for name, (groups, settings) in DATASETS.items():
             if not (self.out / name / "index.jsonl").exists():
                 self.call("label", *groups, "--out", self.out / name, "--quiet", settings=settings)
 
     def run(self, name, settings):
+        """Makes or resumes a run, unless it is finished, and returns its folder."""
         folder = self.out / name
         if not (folder / "report.html").exists():
             resume = ["--resume"] if folder.exists() else []
@@ -95,14 +108,15 @@ class Study:
         return folder
 
     def report(self, folder, *words):
-        """The report of the program about a finished run, with the current statistics."""
+        """Returns the output of `partprobe report` for a finished run, with statistics that are computed now."""
         return subprocess.run([str(self.program), "report", str(folder), *words], check=True, capture_output=True, text=True).stdout
 
     def tables(self, folder):
+        """Returns the tables of a finished run."""
         return json.loads(self.report(folder, "--json"))["tables"]
 
     def score_endpoints(self, run):
-        """A copy of a run, whose backbones of three seeds are scored under all conditions."""
+        """Copies a run, scores its backbones of three seeds under all conditions, and returns the folder of the copy."""
         folder = self.out / "conditions"
         if not folder.exists():
             shutil.copytree(run, folder, ignore=shutil.ignore_patterns("predictions", "test", "scores.jsonl", "report.html"))
@@ -112,30 +126,33 @@ class Study:
 
 
 def tables_of(folder):
-    """The tables of an endpoint."""
+    """Returns the tables of an endpoint."""
     return json.loads((folder / "tables.json").read_text())
 
 
 def found(entries, **wanted):
-    """The first entry with these values, or None."""
+    """Returns the first entry with these values, or `None` if there is none."""
     return next((entry for entry in entries if all(entry.get(key) == value for key, value in wanted.items())), None)
 
 
 def row_of(tables, supervision, reference, clusterer):
+    """Returns the row of a supervision, a reference and a clusterer, or `None` if there is none."""
     return found(tables["rows"], supervision=supervision, reference=reference, clusterer=clusterer)
 
 
 def shown(value):
+    """Returns a score with three decimals, or a dash for `None`."""
     return "–" if value is None else f"{value:.3f}"
 
 
 def mean_of(tables, supervision, reference, clusterer, metric="miou"):
+    """Returns the mean of a metric as text."""
     row = row_of(tables, supervision, reference, clusterer)
     return shown(row and row["means"].get(metric))
 
 
 def difference_of(tables, reference, clusterer, metric="miou"):
-    """The mean difference of the pair with its interval."""
+    """Returns the mean difference of the pair with its interval, as text."""
     entry = found(tables["differences"], reference=reference, clusterer=clusterer, compared=list(SOURCES))
     difference = entry and entry["differences"].get(metric)
     if not difference:
@@ -146,6 +163,7 @@ def difference_of(tables, reference, clusterer, metric="miou"):
 
 
 def print_curve(study, runs):
+    """Prints the table of the learning curve."""
     print("Learning curve, mIoU by k-means with the true number of parts:\n")
     print("| training shapes | updates | seeds | scored against | `step-parts` | `aagnet` | Δ | Δ behind mean shift |")
     print("|---:|---:|---:|---|---:|---:|---:|---:|")
@@ -162,6 +180,7 @@ def print_curve(study, runs):
 
 
 def print_endpoints(study, folder):
+    """Prints the table of the endpoints with the pair as references."""
     print("Endpoints, mIoU by k-means with the true number of parts:\n")
     print("| endpoint | scored against | `step-parts` | `aagnet` | Δ | `growing-20` | `no-network` | `untrained` | shapes |")
     print("|---|---|---:|---:|---:|---:|---:|---:|---:|")
@@ -180,6 +199,7 @@ def print_endpoints(study, folder):
 
 
 def print_features(folder):
+    """Prints the table of the endpoints with machining features and modeling steps as references."""
     print("Machining features and modeling steps, which no source knows. ASA: achievable segmentation accuracy.\n")
     print("| data | supervision | ASA | mIoU | linear probe | nearest-face probe | linear, balanced | faces learned, scored | shapes |")
     print("|---|---|---:|---:|---:|---:|---:|---:|---:|")
@@ -205,7 +225,7 @@ def print_features(folder):
 
 
 def print_primary(study, folder):
-    """Prints the primary endpoints and the lines that follow them."""
+    """Prints the primary endpoints from the report, up to the line that explains the means."""
     lines = study.report(folder).splitlines()
     start = next(idx for idx, line in enumerate(lines) if line.startswith("Primary endpoints"))
     end = next(idx for idx, line in enumerate(lines) if line.startswith("Means are over"))

@@ -2,10 +2,12 @@
 
     pretraining.py SOLIDS MFCAD OUT --partprobe PROGRAM
 
-SOLIDS is the data set of the study label-sources, MFCAD a data set of the machined parts of MFCAD; both come from
-`partprobe label --unit solid`. OUT gets the runs; those that are there already are not made again. Each backbone learns `step-parts`, and
-no other labels, before and after. Run it at the root of the repository, where the config finds the split.
-Prints a Markdown table: means over the test shapes with 2 to 19 parts, and the standard deviation over seeds.
+Run it in the root of the repository, because the path of the split in the config is relative to it.
+Input: SOLIDS, the data set of the study label-sources; MFCAD, a data set of the machined parts of MFCAD; and OUT, a folder for the runs.
+`partprobe label --unit solid` makes both data sets. Runs that already exist in OUT are not made again.
+Output: a Markdown table on stdout, with means over the test shapes with 2 to 19 parts, and standard deviations over seeds.
+
+Each backbone is trained only on `step-parts`, in both trainings.
 """
 
 import argparse
@@ -22,6 +24,8 @@ SEEDS = "compare.seeds=[0,1,2]"
 
 
 class Study:
+    """The runs of the study. A run that is finished is not made again."""
+
     def __init__(self, program, out):
         self.program, self.out = program, out
 
@@ -29,7 +33,7 @@ class Study:
         subprocess.run([str(word) for word in (self.program, *words)], check=True, stdout=subprocess.DEVNULL)
 
     def run(self, name, data, updates, *settings):
-        """The folder of a run. The run is made or resumed unless it is already scored."""
+        """Makes or resumes a run, unless it is finished, and returns its folder."""
         folder = self.out / name
         if not (folder / "report.html").exists():
             resume = ["--resume"] if folder.exists() else []
@@ -39,11 +43,12 @@ class Study:
         return folder
 
     def weights(self, name, data):
-        """Weights that were trained on a data set with its own split."""
+        """Trains on a data set with its own split, and returns the path of the weights."""
         folder = self.run(f"before-{name}", data, BEFORE, 'split.manifest=""', "compare.seeds=[0]", "eval.restarts=1")
         return folder / "checkpoints/step-parts-0/model.safetensors"
 
     def generated(self):
+        """Returns the data set of generated parts. It makes the data set unless it exists."""
         folder = self.out / "generated"
         if not (folder / "dataset/index.jsonl").exists():
             self.call("synth", "--out", folder / "parts", "-n", N_GENERATED, "--seed", 1, "--quiet")

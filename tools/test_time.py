@@ -1,10 +1,11 @@
-"""Scores a trained backbone with more tokens, or in more poses, than in a default evaluation.
+"""Scores a trained backbone with more tokens, or in more poses, than a default evaluation does.
 
     test_time.py RUN OUT --partprobe PROGRAM
 
-RUN is a run folder with backbones that were trained on `step-parts`. OUT gets a copy of it for each row of the table, which is
-scored again by `partprobe eval`; a copy that has scores already is not scored twice. Prints a Markdown table: means over the
-test shapes with 2 to 19 parts, against `step-parts`, and the standard deviation over seeds.
+Input: RUN, a run folder with backbones that were trained on `step-parts`; and OUT, a folder for copies of it. Each row of the table has a
+copy, which `partprobe eval` scores again. A copy that already has scores is not scored again.
+Output: a Markdown table on stdout, with means over the test shapes with 2 to 19 parts, against `step-parts`, and standard deviations over
+seeds.
 """
 
 import argparse
@@ -19,7 +20,7 @@ ROWS = {
     "2 048 tokens": ["tokens.test_tokens=2048"],
     "8 poses, embeddings side by side": ["tokens.test_poses=8"],
 }
-# Only the backbones of one source, against one reference.
+# These settings score only the backbones of one source, against one reference.
 ALONE = [
     'compare.supervision=["step-parts"]',
     'compare.references=["step-parts"]',
@@ -29,7 +30,7 @@ ALONE = [
 
 
 def scored(run, out, settings, program):
-    """A folder with the scores of the run under these settings."""
+    """Scores a copy of the run with these settings, unless it has scores, and returns the folder of the copy."""
     if (out / "scores.jsonl").exists():
         return out
     if not out.exists():

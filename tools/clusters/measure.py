@@ -1,8 +1,12 @@
-"""Measures what a million files cost: measure.py PROGRAM FOLDER…
+"""Measures the CPU time and the speed of `partprobe label`, from which the cost of a million files follows.
 
-In: folders of STEP files. Out: Markdown with files per second for one worker and for as many as there are cores, CPU seconds per 1 000
-files, in total over the program and its workers, and the mean size and number of faces of each folder. CPU seconds depend little on
-what else the machine does; files per second need an idle machine.
+    measure.py PROGRAM FOLDER…
+
+Input: folders of STEP files. Each folder is a row of the table.
+Output: a Markdown table on stdout, with the mean size and number of faces, the files per second for one worker and for one worker per
+core, the CPU seconds per 1 000 files of the program and its workers together, the size of a carrier, and the CPU hours per million files.
+
+CPU seconds depend little on other programs on the machine. Files per second need an idle machine.
 """
 
 import json
@@ -17,7 +21,7 @@ N_CORES = os.cpu_count() or 1
 
 
 def seconds_of(command):
-    """Seconds of a command, and CPU seconds, user and system, of it with all that it starts."""
+    """Returns the seconds that a command takes, and its CPU seconds (user and system), including those of its child processes."""
     before = os.times()
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     after = os.times()
@@ -26,10 +30,11 @@ def seconds_of(command):
 
 
 def measure(program, folder, scratch):
+    """Labels a folder with one worker and with all cores, and returns its row of the table."""
     files = [path for path in folder.rglob("*") if path.is_file()]
     walls, cpus = {}, {}
     for jobs in (1, N_CORES):
-        # The second time, so that both numbers of workers find the files in memory.
+        # Only the second call counts, so the files are in memory for both numbers of workers.
         for again in ("", "-again"):
             out = scratch / f"{folder.name}-{jobs}{again}"
             walls[jobs], cpus[jobs] = seconds_of([program, "label", folder, "--out", out, "--jobs", str(jobs), "--quiet"])

@@ -1,9 +1,15 @@
-"""Runs examples/ray_label.py on two raylets, kills one of them in the middle, and compares: prove_ray.py OUT [PATH…]
+"""Runs examples/ray_label.py on two raylets, kills one of them during the work, and compares the shards.
 
-The Python that runs this has `ray[data]`, `pyarrow` and the wheel of partprobe. The same inputs are labeled on an undisturbed
-cluster, on one whose second raylet is killed while it labels a shard, and by a driver that is killed and started again. All
-shards must have the same bytes, and each input its row. Without inputs, parts are generated: a folder with a damaged file and two
-archives. OUT must not exist.
+    prove_ray.py OUT [PATH…]
+
+Input: STEP files, folders and archives. Without them, the script generates parts: a folder with a damaged file and two archives. OUT must
+not exist.
+Output: one line per comparison on stdout.
+Exit status: 1 if a shard differs or an input has no row.
+
+The same inputs are labeled in three ways: on an undisturbed cluster, on a cluster whose second raylet is killed while it labels a shard,
+and by a driver that is killed and started again. All shards must have the same bytes, and each input must have a row.
+The Python that runs this script needs `ray[data]`, `pyarrow` and the wheel of partprobe.
 """
 
 import argparse
@@ -26,7 +32,7 @@ SHARD_SIZE = 40
 
 
 def make_inputs(folder):
-    """Generated parts: most in a folder, some in two archives, and one cut off."""
+    """Generates parts: most in a folder, some in two archives, and one that is truncated. Returns the number of inputs."""
     subprocess.run([PROGRAM, "synth", "--out", folder, "-n", str(N_PARTS), "--seed", "11", "--quiet"], check=True, stdout=subprocess.DEVNULL)
     steps = sorted(folder.glob("*.step"))
     with zipfile.ZipFile(folder / "some.zip", "w") as zipped:
@@ -42,7 +48,7 @@ def make_inputs(folder):
 
 
 def children(parent):
-    """The processes below a process, by /proc."""
+    """Returns the names of all processes below a process, by process id. It reads /proc."""
     parents = {}
     for stat in pathlib.Path("/proc").glob("[0-9]*/stat"):
         try:
@@ -58,11 +64,12 @@ def children(parent):
 
 
 def finished(out):
+    """Returns the paths of the finished shards."""
     return sorted(out.glob("part-*.parquet"))
 
 
 class RayCluster:
-    """Two raylets with one core each; the first one is the head."""
+    """Two raylets with one core each. The first one is the head."""
 
     def __init__(self):
         self.cluster = Cluster(initialize_head=True, head_node_args={"num_cpus": 1, "include_dashboard": False})
@@ -70,14 +77,17 @@ class RayCluster:
         self.cluster.wait_for_nodes()
 
     def start(self, paths, out):
-        """The driver, as a process of its own."""
+        """Starts examples/ray_label.py, which is the driver, and returns its process."""
         command = [sys.executable, SCRIPT, *paths, "--out", out, "--shard-size", SHARD_SIZE, "--address", self.cluster.address]
         command += ["--", "--unit", "solid"]
         environment = os.environ | {"RAY_DATA_DISABLE_PROGRESS_BARS": "1"}
         return subprocess.Popen([str(word) for word in command], env=environment, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
 
     def kill_second_while_it_labels(self, out):
-        """Waits until a shard is finished and the second raylet labels another one, and kills it with all that is below it."""
+        """Kills the second raylet and all processes below it, and returns the number of finished shards.
+
+        It waits first, until a shard is finished and the second raylet labels another one.
+        """
         raylet = self.second.all_processes["raylet"][0].process.pid
         while True:
             below = children(raylet)
@@ -98,6 +108,7 @@ class RayCluster:
 
 
 def wait(driver, what):
+    """Waits for a driver, and prints the last line of its output. Ends the script if the driver failed."""
     output = driver.communicate(timeout=600)[0]
     if driver.returncode != 0:
         raise SystemExit(f"{what}: the driver ended with {driver.returncode}\n{output}")
@@ -105,32 +116,33 @@ def wait(driver, what):
 
 
 def compare(what, out, expected):
+    """Ends the script if the shards differ from the expected ones, or if unfinished files are left."""
     found = {path.name: path.read_bytes() for path in finished(out)}
     if found != expected:
         different = sorted(name for name in found.keys() | expected.keys() if found.get(name) != expected.get(name))
-        raise SystemExit(f"{what}: {different} differ from those of the undisturbed cluster")
+        raise SystemExit(f"{what}: {different} differ from the shards of the undisturbed cluster")
     leftovers = [path.name for path in out.iterdir() if path.name.startswith(".part-")]
     if leftovers:
-        raise SystemExit(f"{what}: {leftovers} are left")
-    print(f"{what}: {len(found)} shards, the bytes of the undisturbed cluster", flush=True)
+        raise SystemExit(f"{what}: unfinished files are left: {leftovers}")
+    print(f"{what}: {len(found)} shards have the same bytes as on the undisturbed cluster", flush=True)
 
 
 def prove_undisturbed(cluster, paths, out, n_inputs):
-    """The shards by name, after a look at their rows."""
+    """Labels on the undisturbed cluster, checks the rows, and returns the bytes of each shard by name."""
     wait(cluster.start(paths, out), "undisturbed")
     rows = [row for path in finished(out) for row in pq.read_table(path, columns=["source", "status", "n_parts"]).to_pylist()]
     sources = {row["source"] for row in rows}
     if n_inputs is not None and len(sources) != n_inputs:
-        raise SystemExit(f"{len(sources)} inputs have rows, of {n_inputs}")
+        raise SystemExit(f"only {len(sources)} of {n_inputs} inputs have rows")
     if any((row["status"] == "ok") != bool(row["n_parts"]) for row in rows):
-        raise SystemExit("a row with the status `ok` has no parts, or another one has some")
+        raise SystemExit("a row with the status `ok` has no parts, or a row with another status has parts")
     if n_inputs is not None and [row["source"].split("/")[-1] for row in rows if row["status"] != "ok"] != ["cut.step"]:
-        raise SystemExit("the damaged file is not the one row with another status")
+        raise SystemExit("the damaged file must be the only row with a status other than `ok`")
     return {path.name: path.read_bytes() for path in finished(out)}
 
 
 def prove_restart(cluster, paths, out, expected):
-    """A driver is killed in the middle. The next one keeps its shards, and a third one makes none."""
+    """Kills a driver during its work. The second driver must keep the finished shards, and a third one must not write any."""
     driver = cluster.start(paths, out)
     while not finished(out):
         time.sleep(0.005)
@@ -138,13 +150,13 @@ def prove_restart(cluster, paths, out, expected):
     driver.communicate()
     kept = {path: path.stat().st_mtime_ns for path in finished(out)}
     if len(kept) == len(expected):
-        raise SystemExit("the driver was not killed in the middle; use more inputs")
+        raise SystemExit("the driver had finished before it was killed; use more inputs")
     wait(cluster.start(paths, out), f"driver killed after {len(kept)} shards")
     compare("driver killed", out, expected)
     made = {path: path.stat().st_mtime_ns for path in finished(out)}
-    wait(cluster.start(paths, out), "finished before")
+    wait(cluster.start(paths, out), "driver without unfinished shards")
     if made != {path: path.stat().st_mtime_ns for path in finished(out)} or not kept.items() <= made.items():
-        raise SystemExit("a finished shard was written again")
+        raise SystemExit("a finished shard was written a second time")
 
 
 def main():

@@ -1,14 +1,15 @@
 #!/usr/bin/env bash
 # Builds archives of the program for machines without Rust and Python: tools/dist/build.sh [--label-only] [NAME…]
-# In: the sources at a commit. Out: dist/partprobe-VERSION-NAME.tar.gz in the target folder, one per name, and dist/SHA256SUMS.
-# It needs cargo with rustup, and Python with venv and pip, which brings zig as the linker. It never publishes anything.
+# Input: the names of archives (see the table below; the default is all that use glibc), and the sources of this checkout.
+# Output: dist/partprobe-VERSION-NAME.tar.gz in the target folder for each name, and dist/SHA256SUMS.
+# It needs cargo with rustup, and Python with venv and pip. pip installs zig, which is the linker. Nothing is published.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 build="${CARGO_TARGET_DIR:-$PWD/target}"
 dist="$build/dist"
 tools="$build/dist-tools"
 
-# An archive's name, the target of Rust with the oldest C library that it needs, and the processors that it is for.
+# Each line has the name of an archive, the Rust target with the oldest C library on which the program runs, and the processor.
 targets() {
     cat <<'TABLE'
 x86_64-unknown-linux-gnu x86_64-unknown-linux-gnu.2.17 x86-64
@@ -23,14 +24,14 @@ if [ "${1:-}" = --label-only ]; then
     features=(--no-default-features --features label)
     shift
 fi
-# The first one gives the manual pages and the completions of the others: it runs on this machine.
+# The first program must run on this machine, because it writes the manual pages and the completions of all archives.
 names=("${@:-}")
 test -n "${names[0]}" || mapfile -t names < <(targets | awk '$1 ~ /gnu$/ { print $1 }')
 
 version=$(sed -n '/^\[workspace.package\]/,/^version/s/^version = "\(.*\)"/\1/p' Cargo.toml)
 commit=$(git rev-parse HEAD)
 test -z "$(git status --porcelain)" || commit="$commit, changed"
-# Everything that would differ from one machine to the next: the time, and the folders of the sources.
+# The archives must not depend on the machine. So the time is that of the commit, and the paths of the sources are replaced below.
 SOURCE_DATE_EPOCH=$(git log -1 --format=%ct)
 export SOURCE_DATE_EPOCH PARTPROBE_COMMIT="$commit" CARGO_PROFILE_RELEASE_STRIP=symbols CARGO_TARGET_DIR="$build/dist-build"
 cargo_home="${CARGO_HOME:-$HOME/.cargo}"
@@ -39,7 +40,7 @@ test -x "$tools/bin/python" || python3 -m venv "$tools"
 "$tools/bin/python" -m pip install --quiet --disable-pip-version-check cargo-zigbuild==0.24.1 ziglang==0.17.1
 export PATH="$tools/bin:$PATH"
 
-# The program of one line of the table; its path is printed.
+# Compiles the program for one line of the table, and prints its path.
 compile() {
     local target=$1 cpu=$2 triple=${1%.2.17}
     rustup target add "$triple" >&2
@@ -49,7 +50,7 @@ compile() {
     echo "$CARGO_TARGET_DIR/$triple/release/partprobe"
 }
 
-# The folder of an archive: the program, its licenses, its manual pages and its completions.
+# Fills the folder of an archive with the program, its licenses, its manual pages and its completions.
 fill() {
     local folder=$1 program=$2 runs_here=$3 shell
     mkdir -p "$folder/completions"
@@ -73,7 +74,7 @@ for name in "${names[@]}"; do
     rm -rf "${dist:?}/$archive" "$dist/$archive.tar.gz"
     : "${runs_here:=$program}"
     fill "$dist/$archive" "$program" "$runs_here"
-    # The next program of the same target replaces this one.
+    # The next program for the same target overwrites this one, so the copy in the archive is used from now on.
     test "$runs_here" != "$program" || runs_here="$dist/$archive/partprobe"
     tar -C "$dist" --sort=name --mtime="@$SOURCE_DATE_EPOCH" --owner=0 --group=0 --numeric-owner --mode=go=rX,u+rw,a-s \
         -cf - "$archive" | gzip -9n > "$dist/$archive.tar.gz"

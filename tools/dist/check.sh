@@ -1,10 +1,11 @@
 #!/usr/bin/env bash
-# Runs the program of an archive in a root that holds nothing else but the C library of this machine: tools/dist/check.sh ARCHIVE
-# It needs unshare and chroot (no rights beyond those of a user). In the root there is no Rust, no Python and no shell.
-# An archive for aarch64 needs qemu-aarch64, the C library of arm64, and the emulator's entry in binfmt_misc: the kernel starts the
-# label workers with it. Without that entry the emulated program ends with status 0 as soon as it starts a worker.
+# Runs the program of an archive in a root that contains only the C library of this machine: tools/dist/check.sh ARCHIVE [PROGRAM]
+# With PROGRAM, both programs must label generated parts with the same bytes.
+# It needs unshare and chroot, and only the rights of a user. The root has no Rust, no Python and no shell.
+# An archive for aarch64 needs qemu-aarch64, the C library of arm64, and an entry for the emulator in binfmt_misc, with which the kernel
+# starts the label workers. Without this entry, the emulated program ends with status 0 as soon as it starts a worker.
 set -euo pipefail
-archive=$(realpath "${1:?the first argument is an archive}")
+archive=$(realpath "${1:?pass an archive as the first argument}")
 root=$(mktemp -d)
 trap 'rm -rf "$root"' EXIT
 mkdir "$root/tmp" "$root/proc"
@@ -14,7 +15,7 @@ test -f "$root/LICENSE-MIT" -a -f "$root/README.md" -a -f "$root/completions/par
     exit 1
 }
 
-# The loader and the libraries that the program names; a static one names none.
+# Copies the loader and the libraries that the program names. A static program names none.
 interpreter=$(readelf -l "$root/partprobe" | sed -n 's/.*interpreter: \(.*\)\]/\1/p')
 sysroot=
 case "$archive" in *aarch64*) sysroot=/usr/aarch64-linux-gnu ;; esac
@@ -28,23 +29,23 @@ fi
 
 inside() {
     if [ -n "$sysroot" ]; then
-        # The emulator is no part of the root: it runs outside, and shows the program the libraries of the root.
+        # The emulator is not in the root. It runs outside, and the program gets the libraries of the root.
         (cd "$root" && QEMU_LD_PREFIX="$root" qemu-aarch64 "$root/partprobe" "$@")
     else
-        # `/proc` is how a program finds itself to start a worker; containers have it.
+        # The program finds its own path in `/proc` when it starts a worker. Containers have `/proc`, too.
         unshare --map-root-user --mount --pid --fork --mount-proc="$root/proc" chroot "$root" /partprobe "$@"
     fi
 }
 if [ -n "$sysroot" ] && [ ! -e /proc/sys/fs/binfmt_misc/qemu-aarch64 ]; then
-    echo "error: the kernel has no entry qemu-aarch64 in /proc/sys/fs/binfmt_misc; mount it, and register the emulator" >&2
+    echo "error: the kernel has no entry qemu-aarch64 in /proc/sys/fs/binfmt_misc; mount binfmt_misc and register the emulator" >&2
     exit 1
 fi
 inside --version
 inside synth --out tmp/parts -n 20 --seed 3 --quiet
 inside label tmp/parts --out tmp/dataset --quiet
-# The same bytes from the program that was built here, if it is given.
+# The program that was built here must write the same bytes, if it is given.
 if [ -n "${2:-}" ]; then
     "$2" label "$root/tmp/parts" --out "$root/tmp/here" --quiet > "$root/tmp/log"
     diff --recursive --exclude timing.jsonl "$root/tmp/dataset" "$root/tmp/here"
-    echo "the same bytes as $2"
+    echo "the data set has the same bytes as that of $2"
 fi

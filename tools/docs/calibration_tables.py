@@ -1,8 +1,10 @@
-"""The tables of docs/studies/calibration.md: `partprobe calibrate` on each folder, and on all of them together.
+"""Prints the tables of docs/studies/calibration.md.
 
     calibration_tables.py FOLDER… --partprobe PROGRAM
 
-In: folders of STEP files; each one is a group of the tables. Out: Markdown on stdout.
+The script runs `partprobe calibrate` on each folder, and once on all folders together.
+Input: folders of STEP files. Each folder is a group of the tables.
+Output: Markdown on stdout. A line on stderr says when a folder is done.
 """
 
 import argparse
@@ -14,7 +16,7 @@ import tempfile
 
 
 def calibration_of(partprobe, folders):
-    """What `partprobe calibrate` says of these folders, as the JSON that it writes."""
+    """Runs `partprobe calibrate` on folders, and returns the JSON that it writes."""
     with tempfile.TemporaryDirectory(prefix="calibrate-") as out:
         command = [partprobe, "calibrate", *folders, "--out", out, "--jobs", "1"]
         subprocess.run([str(word) for word in command], check=True, stdout=subprocess.DEVNULL)
@@ -30,6 +32,7 @@ def degrees(value):
 
 
 def range_text(found):
+    """Returns a stable range of θ as text, or `none` if there is no such range."""
     return f"{degrees(found['low_deg'])}–{degrees(found['high_deg'])}°" if found else "none"
 
 
@@ -41,15 +44,18 @@ def print_table(header, alignment, rows):
 
 
 def shares(kind):
+    """Returns three cells: the number of angles, the fraction of angles within θ, and the fraction of right angles."""
     return [str(kind["n"]), percent(kind["n_within_theta"], kind["n"]), percent(kind["n_right"], kind["n"])]
 
 
 def share_of_type(result, name):
+    """Returns the fraction of the edges of one surface type whose angle is within θ."""
     edges = next((entry["edges"] for entry in result["histogram"]["types"] if entry["type"] == name), None)
     return percent(edges["n_within_theta"], edges["n"]) if edges else "–"
 
 
 def print_tables(results):
+    """Prints all tables. `results` maps the name of a group to its calibration."""
     print_table(
         ["group (shapes)", "same-type edges", "≤ 8°", "85–95°", "pairs of faces", "≤ 8°", "85–95°"],
         ["---", *["---:"] * 6],

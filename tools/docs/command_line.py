@@ -1,9 +1,12 @@
 """Writes docs/reference/command-line.md from the `--help` of every command of the program.
 
     command_line.py PROGRAM             writes the page
-    command_line.py PROGRAM --check     compares it, prints the difference and exits with 1 if there is one
+    command_line.py PROGRAM --check     compares the page with the help, and prints the difference
 
-The help is asked for in a pipe, so its width does not depend on a terminal. Hidden commands are left out, as in `--help` itself.
+Exit status: with --check, 1 if the page differs.
+
+The script reads the help through a pipe with a fixed width, so the page does not depend on a terminal. It leaves out hidden commands, as
+`--help` does.
 """
 
 import argparse
@@ -24,12 +27,12 @@ INTRODUCTION = """# Command line
 Every command explains itself with `--help`. This page contains these texts.
 Results are printed to stdout; progress and warnings are printed to stderr.
 """
-# A line that lists a command begins with its name; those of arguments and options begin with `<`, `[` or `-`.
+# A line that lists a command begins with its name. A line that lists an argument or an option begins with `<`, `[` or `-`.
 COMMAND = re.compile(r"^  ([a-z][a-z-]*)(?= |$)", re.MULTILINE)
 
 
 def help_of(program, words):
-    """The help text of a command, with the name that users type."""
+    """Returns the help text of a command. Its usage line contains `partprobe`, which is the name that users type."""
     environment = {**os.environ, "COLUMNS": "100", "NO_COLOR": "1"}
     done = subprocess.run([program, *words, "--help"], stdout=subprocess.PIPE, text=True, check=True, env=environment)
     text = re.sub(rf"^Usage: {re.escape(program.name)}\b", f"Usage: {NAME}", done.stdout, flags=re.MULTILINE)
@@ -37,13 +40,13 @@ def help_of(program, words):
 
 
 def commands_in(text):
-    """The names of the commands that a help text lists."""
+    """Returns the names of the commands that a help text lists."""
     above_options = text.split("\nOptions:")[0]
     return [name for name in COMMAND.findall(above_options) if name != "help"]
 
 
 def sections(program, words):
-    """The Markdown of a command and of all commands below it, in the order of the help."""
+    """Yields the Markdown of a command and of all its subcommands, in the order of the help."""
     text = help_of(program, words)
     level = "#" * (1 + max(1, len(words)))
     yield f"{level} {' '.join([NAME, *words])}\n\n```text\n{text}\n```\n"
@@ -54,7 +57,7 @@ def sections(program, words):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("program", type=pathlib.Path)
-    parser.add_argument("--check", action="store_true", help="compare only")
+    parser.add_argument("--check", action="store_true", help="compare the page with the help, and do not write it")
     arguments = parser.parse_args()
     page = "\n".join([INTRODUCTION, *sections(arguments.program.resolve(), [])])
     if not arguments.check:

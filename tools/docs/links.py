@@ -1,7 +1,11 @@
-"""Checks the links of README.md, ARCHITECTURE.md, CONTRIBUTING.md and docs/: every relative link leads to a file and to a heading in it.
+"""Checks the relative links of README.md, ARCHITECTURE.md, CONTRIBUTING.md and docs/.
 
-Out: one line per broken link; exit status 1 if there is one. Pages of docs/ may link only to files in docs/, since the book
-contains no others, and every page must be in docs/SUMMARY.md. Links to other sites are not followed.
+    links.py
+
+Each link must lead to a file, and to a heading of that file if it names one. A page in docs/ may link only to files in docs/, since the
+book contains no other files. Every page in docs/ must be in docs/SUMMARY.md. Links to other sites are not checked.
+Output: one line per problem, and a count.
+Exit status: 1 if there is a problem.
 """
 
 import pathlib
@@ -15,18 +19,19 @@ CODE = re.compile(r"```.*?```|`[^`\n]*`", re.DOTALL)
 
 
 def anchor_of(heading):
-    """The anchor that GitHub and mdBook give to a heading."""
+    """Returns the anchor that GitHub and mdBook give to a heading."""
     text = LINK.sub(lambda link: link[0][1 : link[0].index("]")], heading).replace("`", "").strip().lower()
     return re.sub(r"[^\w\- ]", "", text).replace(" ", "-")
 
 
 def anchors_of(page):
+    """Returns the anchors of all headings of a page."""
     text = re.sub(r"```.*?```", "", page.read_text(), flags=re.DOTALL)
     return {anchor_of(heading) for heading in re.findall(r"^#+ (.*)$", text, re.MULTILINE)}
 
 
 def problem_of(page, target):
-    """What is wrong with a link, or `None`."""
+    """Returns what is wrong with a link, or `None` if the link is right."""
     path, _, anchor = target.partition("#")
     file = (page.parent / path).resolve() if path else page
     if not file.exists():

@@ -1,13 +1,18 @@
-"""Executes every code block of README.md and of the pages in docs/.
+"""Executes the code blocks of README.md, CONTRIBUTING.md and the pages in docs/.
 
-In: the program `partprobe`, and a Python that has numpy, trimesh, py7zr and `just` (see `.ci/doc-blocks`).
-Out: one line per block; exit status 1 if a block fails.
+    run_blocks.py [PAGE…] --partprobe PROGRAM        or: .ci/doc-blocks [PAGE…]
 
-Each page runs in a fresh folder that holds the files its commands name: STEP files that `partprobe synth` makes, archives of
-them, a point cloud. Shell blocks run in bash and stop at the first error. Python blocks run as a script. A TOML block becomes
-`my.toml`, which its page names. A text block is output. Commands that would take hours run with smaller numbers (`SMALLER`). Commands that need what
-is not here are listed by name with the reason (`ELSEWHERE`). A block in a language that is not listed is an error, so that no
-block is passed over by accident.
+Input: the program, and a Python that has numpy, trimesh, py7zr and `just` (`.ci/doc-blocks` installs them).
+Output: one line per block, and a count.
+Exit status: 1 if a block fails.
+
+- Each page runs in a fresh folder. The folder has the files that the commands of the page name: STEP files that `partprobe synth`
+  generates, archives of them, and a point cloud.
+- Shell blocks run in bash and stop at the first error. Python blocks run as a script. A TOML block becomes `my.toml`, which is the name
+  that the page uses. A text block is output and is not executed.
+- Commands that would take hours run with smaller numbers (`SMALLER`).
+- Commands that cannot run here are listed with the reason (`ELSEWHERE`).
+- A block in another language is an error, so that no block is skipped by accident.
 """
 
 import argparse
@@ -22,7 +27,7 @@ from dataclasses import dataclass
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 
-# A command that starts with the key is not executed here, for the reason that follows it.
+# A command that starts with a key of this table is not executed here. The value is the reason.
 ELSEWHERE = {
     "cargo run --release -- run smoke": "`.ci/run` has a step that runs it",
     "partprobe run smoke": "`.ci/run` has a step that runs it",
@@ -53,10 +58,10 @@ ELSEWHERE = {
     "just bench-": "a benchmark needs a quiet machine",
 }
 
-# Commands whose exit status is 1 where two kernels disagree about a file, which is a result and not a failure.
+# These commands exit with 1 if two kernels disagree about a file. This is a result and not a failure.
 COMPARES = ("just modeled", "python tools/occt/modeled.py", "partprobe verify --reference")
 
-# Replacements that make a command small. They change numbers only.
+# Replacements that make a command fast. They change only numbers.
 SMALLER = (
     (r"^(partprobe (?:run|train) (?!.*trial).*)$", r"\1 {small_training}"),
     (r"--set train\.steps=4000", "--set train.steps=4"),
@@ -72,7 +77,7 @@ SMALL_TRAINING = (
     "--set tokens.train_tokens=128 --set tokens.test_tokens=128 --set eval.restarts=1"
 )
 
-# What a page takes for granted, as shell commands that run before its blocks.
+# Shell commands that make what the blocks of a page assume. They run before the blocks.
 BEFORE = {
     "docs/reference/formats.md": (
         "partprobe label part.step --out carriers",
@@ -95,6 +100,8 @@ FENCE = re.compile(r"^( *)```(\S*)\s*$")
 
 @dataclass(frozen=True)
 class Block:
+    """A fenced code block: its page, its first line, its language and its text."""
+
     page: str
     line: int
     language: str
@@ -102,7 +109,7 @@ class Block:
 
 
 def blocks_of(page, text):
-    """The fenced blocks of a page, in order."""
+    """Returns the fenced blocks of a page, in order."""
     found, opened = [], None
     for number, line in enumerate(text.splitlines(), start=1):
         fence = FENCE.match(line)
@@ -120,20 +127,21 @@ def blocks_of(page, text):
 
 
 def smaller(command):
+    """Returns the command with smaller numbers."""
     for pattern, replacement in SMALLER:
         command = re.sub(pattern, replacement, command)
     return command.replace("{small_training}", SMALL_TRAINING)
 
 
 def shell_script(block):
-    """The commands of a block that run here, and a note for each that does not."""
+    """Returns the commands of a block that run here, and a note for each command that does not."""
     commands, notes = [], []
     joined = block.text.replace("\\\n", " ")
     for command in joined.splitlines():
         stripped = command.strip()
         reason = next((why for start, why in ELSEWHERE.items() if stripped.startswith(start)), None)
         if reason:
-            notes.append(f"not here: `{stripped.split('  ')[0]}`: {reason}")
+            notes.append(f"not executed here: `{stripped.split('  ')[0]}`: {reason}")
         else:
             accepts = " || test $? -eq 1" if stripped.startswith(COMPARES) else ""
             commands.append(smaller(stripped.split("  #")[0]) + accepts)
@@ -141,7 +149,7 @@ def shell_script(block):
 
 
 class Stage:
-    """A folder with the files that the pages name, and an environment in which `partprobe` and `just` are found."""
+    """A folder with the files that the pages name, and an environment that finds `partprobe` and `just`."""
 
     def __init__(self, partprobe, folder):
         self.folder = folder
@@ -165,7 +173,7 @@ class Stage:
         tool.chmod(0o755)
 
     def _make_material(self):
-        """Makes the STEP files, archives and the point cloud that the pages name."""
+        """Makes the STEP files, the archives and the point cloud that the pages name."""
         import py7zr
 
         material = self.material
@@ -194,7 +202,7 @@ class Stage:
         )
 
     def page_folder(self, page):
-        """A fresh folder for the blocks of one page."""
+        """Makes a fresh folder for the blocks of one page, and returns it."""
         place = self.folder / page.replace("/", "__")
         shutil.copytree(self.material, place)
         for name in ("tools", "justfile", "configs"):
@@ -204,10 +212,12 @@ class Stage:
         return place
 
     def run(self, place, script, what):
+        """Runs a shell script. Raises RuntimeError with its output if it fails."""
         command = ["bash", "-euo", "pipefail", "-c", script]
         self._call(place, command, what)
 
     def run_python(self, place, text, what):
+        """Runs a Python script whose warnings are errors. Raises RuntimeError with its output if it fails."""
         self._call(place, [sys.executable, "-W", "error", "-c", text], what)
 
     def _call(self, place, command, what):
@@ -217,7 +227,7 @@ class Stage:
 
 
 def execute(stage, place, block):
-    """Runs a block; returns its notes."""
+    """Runs a block and returns its notes."""
     where = f"{block.page}:{block.line}"
     if block.language in ("sh", "bash"):
         script, notes = shell_script(block)
@@ -235,13 +245,13 @@ def execute(stage, place, block):
 
 
 def run_page(stage, page, blocks):
-    """Runs the blocks of a page; returns how many failed."""
+    """Runs the blocks of a page and returns the number of failures."""
     place = stage.page_folder(page)
     for block in blocks:
         if block.language == "toml":
             (place / "my.toml").write_text(block.text)
     for command in BEFORE.get(page, ()):
-        stage.run(place, command, f"{page}: what its blocks take for granted")
+        stage.run(place, command, f"{page}: preparation of its blocks")
     failed = 0
     for block in blocks:
         try:
@@ -259,7 +269,7 @@ def run_page(stage, page, blocks):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--partprobe", type=pathlib.Path, default=ROOT / "target/release/partprobe")
-    parser.add_argument("pages", nargs="*", help="these pages only, for example docs/reference/formats.md")
+    parser.add_argument("pages", nargs="*", help="execute only these pages, for example docs/reference/formats.md")
     arguments = parser.parse_args()
     pages = ["README.md", "CONTRIBUTING.md", *sorted(str(p.relative_to(ROOT)) for p in (ROOT / "docs").rglob("*.md"))]
     wanted = arguments.pages or pages

@@ -1,13 +1,14 @@
-"""Measures the tables of docs/ again, and says which of them are older than the code under them.
+"""Measures the tables of README.md and docs/ again, and lists the tables that are older than their code.
 
     studies.py run NAME [DATA…] --partprobe PROGRAM     measures a study and writes its block into its page
-    studies.py list                                     one line per study: up to date, or older than which commits
+    studies.py list                                     prints one line per study: up to date, or how many commits are newer
 
-In: `docs/studies.toml`, which names the page, the commands, the configs and the code of each study; the git history.
-Out: the page with its block renewed (`run`), or a table (`list`, which fails only if a block is missing or unreadable).
+Input: `docs/studies.toml`, which names the page, the commands, the configs and the code of each study; and the git history.
+Output: `run` replaces the block in the page. `list` prints the lines.
+Exit status: `list` exits with 1 only if a block is missing or cannot be read.
 
-A block says when it was measured, at which commit, and the first twelve digits of the SHA-256 of its configs and of its
-data. `run` refuses to measure while the code of the study has changes that are not committed, since no commit would name it.
+A block contains the date, the commit, and the first twelve digits of the SHA-256 of its configs and of its data. `run` refuses to measure
+if the code of the study has uncommitted changes, because no commit would then identify what was measured.
 """
 
 import argparse
@@ -23,9 +24,9 @@ import tomllib
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 STAMP = re.compile(r"Measured on (\S+) at commit `([0-9a-f]{12})`, configs `([0-9a-f]{12})`")
-# Blocks of the time before commits were recorded.
+# The content of a block that was measured before blocks recorded their commit.
 UNRECORDED = "*Old: measured before commits were recorded.*"
-# Blocks of studies that are described and can be run, but were not run yet.
+# The content of a block whose study exists but was not run yet.
 NOT_MEASURED = "*Not measured yet.*"
 
 
@@ -37,7 +38,7 @@ def git(*arguments):
 
 
 def digest_of_files(files):
-    """Twelve hexadecimal digits over the names and bytes of files, in any folder."""
+    """Returns twelve hexadecimal digits of a hash over the names and the bytes of files, wherever the files are."""
     total = hashlib.sha256()
     for name, file in files:
         total.update(f"{name}\0{hashlib.sha256(file.read_bytes()).hexdigest()}\n".encode())
@@ -45,7 +46,7 @@ def digest_of_files(files):
 
 
 def files_of(data):
-    """The files below the given paths with their names from there, in order."""
+    """Yields all files below the given paths, in order, each with its name relative to the given path."""
     for given in data:
         path = pathlib.Path(given)
         inside = sorted(p for p in path.rglob("*") if p.is_file()) if path.is_dir() else [path]
@@ -54,15 +55,17 @@ def files_of(data):
 
 
 def config_digest(study):
+    """Returns the digest of the configs of a study."""
     return digest_of_files((name, ROOT / name) for name in study["configs"])
 
 
 def block_pattern(name):
+    """Returns the pattern of the block of a study. Its second group is the content."""
     return re.compile(rf"(<!-- study: {re.escape(name)} -->\n)(.*?)(<!-- end of study -->)", re.DOTALL)
 
 
 def tables_of(text, count):
-    """The first `count` tables of a Markdown text, each with the paragraph before it; all of it if `count` is `None`."""
+    """Returns the first `count` tables of a Markdown text, each with the paragraph before it; the whole text if `count` is `None`."""
     if count is None:
         return text.strip()
     paragraphs = text.strip().split("\n\n")
@@ -71,7 +74,7 @@ def tables_of(text, count):
 
 
 def measure(study, data, partprobe, out):
-    """Runs the commands of a study; the Markdown that its block will hold."""
+    """Runs the commands of a study, and returns the Markdown for its block."""
     words = {"data": " ".join(map(shlex.quote, data)), "out": str(out), "partprobe": str(partprobe)}
     for number, name in enumerate(("first", "second", "third", "fourth")):
         words[name] = shlex.quote(data[number]) if number < len(data) else ""
@@ -89,6 +92,7 @@ def measure(study, data, partprobe, out):
 
 
 def stamp(name, study, data):
+    """Returns the first line of a block: date, commit, digests, and the command that measures it."""
     today = datetime.date.today().isoformat()
     commit = git("rev-parse", "HEAD")[:12]
     text = f"*Measured on {today} at commit `{commit}`, configs `{config_digest(study)}`"
@@ -100,26 +104,27 @@ def stamp(name, study, data):
 
 
 def run(name, study, arguments):
+    """Measures a study and writes its block into its page."""
     if bool(study.get("data")) != bool(arguments.data):
-        raise SystemExit(f"{name} takes as data: {study.get('data', 'nothing')}")
+        raise SystemExit(f"{name} expects this data: {study.get('data', 'nothing')}")
     changed = git("status", "--porcelain", "--", *study["code"], *study["configs"])
     if changed:
-        raise SystemExit(f"commit these first, so that a commit names what is measured:\n{changed}")
+        raise SystemExit(f"commit these changes first, so that a commit identifies what is measured:\n{changed}")
     page = ROOT / study["page"]
     if not block_pattern(name).search(page.read_text()):
         raise SystemExit(f"{study['page']} has no block `<!-- study: {name} -->`")
-    # Before the measurement: what is committed while it runs was not measured.
+    # The stamp is made before the measurement, because commits that are made during the measurement are not part of it.
     first_line = stamp(name, study, arguments.data)
     with tempfile.TemporaryDirectory(prefix="study-") as scratch:
         out = arguments.out or pathlib.Path(scratch)
         measured = measure(study, arguments.data, arguments.partprobe.resolve(), out)
     block = f"{first_line}\n\n{measured}\n"
     page.write_text(block_pattern(name).sub(lambda found: found[1] + block + found[3], page.read_text()))
-    print(f"{study['page']}: the block `{name}` is new", file=sys.stderr)
+    print(f"{study['page']}: the block `{name}` was written", file=sys.stderr)
 
 
 def overlaid(lower, upper):
-    """One table of settings over another. A table with a `type` replaces one of another type."""
+    """Returns one table of settings over another. A table replaces the other one, instead of being merged, if its `type` differs."""
     merged = dict(lower)
     for key, value in upper.items():
         below = merged.get(key)
@@ -129,14 +134,17 @@ def overlaid(lower, upper):
 
 
 def merged_config(name, read):
-    """A config over all that it builds on. `read` gives the text of a file."""
+    """Returns a config merged over all configs that it is based on. `read` returns the text of a file."""
     own = tomllib.loads(read(name))
     base = own.pop("base", None)
     return overlaid(merged_config(f"configs/{base}", read), own) if base else own
 
 
 def have_other_values(study, commit):
-    """Whether an experiment says something else than at a commit: comments do not count, nor which file of its chain says a value."""
+    """Returns whether the settings of a study differ from those at a commit.
+
+    Comments do not count. It does not matter either which config of the chain contains a value.
+    """
 
     def read_then(name):
         done = subprocess.run(["git", "show", f"{commit}:{name}"], cwd=ROOT, capture_output=True, text=True)
@@ -155,7 +163,7 @@ def have_other_values(study, commit):
 
 
 def state_of(name, study):
-    """What `list` says of a study, and whether its block can be read."""
+    """Returns the text that `list` prints for a study, and whether its block can be read."""
     found = block_pattern(name).search((ROOT / study["page"]).read_text())
     if not found:
         return "the block is missing", False
@@ -165,7 +173,7 @@ def state_of(name, study):
         return "old: measured before commits were recorded", True
     stamped = STAMP.search(found[2])
     if not stamped:
-        return "the line that says date, commit and configs is missing", False
+        return "the line with date, commit and configs is missing", False
     date, commit, configs = stamped.groups()
     known = subprocess.run(["git", "cat-file", "-e", commit], cwd=ROOT, stderr=subprocess.DEVNULL).returncode == 0
     if not known:
@@ -180,6 +188,7 @@ def state_of(name, study):
 
 
 def list_states(studies):
+    """Prints the state of every study, and returns the exit status."""
     readable = True
     for name, study in studies.items():
         text, ok = state_of(name, study)
@@ -187,16 +196,18 @@ def list_states(studies):
         readable &= ok
     blocks = {(page.relative_to(ROOT).as_posix(), name) for page in pages() for name in named_blocks(page)}
     for page, name in sorted(blocks - {(study["page"], name) for name, study in studies.items()}):
-        print(f"{page}, {name}: docs/studies.toml does not know this block")
+        print(f"{page}, {name}: this block is not in docs/studies.toml")
         readable = False
     return 0 if readable else 1
 
 
 def pages():
+    """Returns the pages that may contain blocks."""
     return [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 
 
 def named_blocks(page):
+    """Returns the names of the blocks of a page."""
     return re.findall(r"<!-- study: (\S+) -->", page.read_text())
 
 
@@ -208,13 +219,13 @@ def main():
     runner.add_argument("name")
     runner.add_argument("data", nargs="*")
     runner.add_argument("--partprobe", type=pathlib.Path, default=ROOT / "target/release/partprobe")
-    runner.add_argument("--out", type=pathlib.Path, help="keep what the commands write in this folder")
+    runner.add_argument("--out", type=pathlib.Path, help="folder for the files that the commands write (default: a temporary folder)")
     arguments = parser.parse_args()
     studies = tomllib.loads((ROOT / "docs/studies.toml").read_text())
     if arguments.verb == "list":
         return list_states(studies)
     if arguments.name not in studies:
-        parser.error(f"no study {arguments.name!r}; there are {', '.join(studies)}")
+        parser.error(f"there is no study {arguments.name!r}; the studies are {', '.join(studies)}")
     return run(arguments.name, studies[arguments.name], arguments)
 
 

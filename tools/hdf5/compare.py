@@ -1,8 +1,15 @@
-"""Checks that partprobe reads the HDF5 files that h5py writes: compare.py PROGRAM FOLDER
+"""Checks that partprobe reads the HDF5 files that h5py writes.
 
-Generates two parts, samples points of them, and writes their labels in the layouts of ParSeNet (a shape per row) and HPNet (a
-file per shape), with each kind of storage that h5py has: contiguous, in chunks, packed with gzip, shuffled, with checksums,
-and in the oldest form of the format and that of HDF5 1.14. `partprobe check labels` must then join every one of them.
+    compare.py PROGRAM FOLDER
+
+Input: the program, and FOLDER, which must not exist.
+Output: one line on stdout. An AssertionError names the first file that fails.
+Needs h5py and numpy.
+
+The script generates two parts and samples points of them. It writes the labels of the points in two layouts: that of ParSeNet, with one
+shape per row, and that of HPNet, with one file per shape. It does so with each kind of storage of h5py (contiguous, chunked, compressed
+with gzip, shuffled, with checksums), in the oldest version of the format and in that of HDF5 1.14. `partprobe check labels` must join all
+of them.
 """
 
 import itertools
@@ -20,25 +27,27 @@ STORAGES = {
     "gzip": {"compression": "gzip", "chunks": True},
     "shuffled": {"compression": "gzip", "shuffle": True, "fletcher32": True, "chunks": True},
 }
-# "latest" is another form with each version of the library; hdf5-pure 0.47 does not read filtered chunks of HDF5 2.0.
+# "latest" is left out, because it depends on the version of the library: hdf5-pure 0.47 does not read filtered chunks of HDF5 2.0.
 VERSIONS = ("earliest", "v114")
 NUMBERS = (("f4", "i4"), ("f8", "i8"), (">f4", "u1"))
 N_POINTS = 3000
 
 
 def partprobe(program, folder, *arguments):
+    """Runs the program in a folder, and returns its standard output."""
     command = [program, *arguments]
     return subprocess.run(command, cwd=folder, check=True, capture_output=True, text=True).stdout
 
 
 def write(path, arrays, storage, version):
+    """Writes arrays to an HDF5 file."""
     with h5py.File(path, "w", libver=version) as file:
         for name, values in arrays.items():
             file.create_dataset(name, data=values, **storage)
 
 
 def check(program, folder, path, *settings):
-    """Whether each shape has labels."""
+    """Returns the number of labels of each shape. Fails if a shape has no labels."""
     assignments = itertools.chain.from_iterable(("--set", setting) for setting in settings)
     text = partprobe(program, folder, "check", "labels", path, "--data", "data", "--type", "points", "--json", *assignments)
     shapes = json.loads(text)[0]["shapes"]

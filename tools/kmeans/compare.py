@@ -1,13 +1,16 @@
 #!/usr/bin/env python3
-"""Compares the time and the inertia of our k-means with scikit-learn's on one core, in one run.
+"""Compares the time and the inertia of the k-means of partprobe with those of scikit-learn on one core.
 
-    python3 tools/kmeans/compare.py TIME_KMEANS [EMBEDDINGS.npz...]
+    python3 tools/kmeans/compare.py TIME_KMEANS [EMBEDDINGS.npz...]        or: just bench-kmeans [EMBEDDINGS.npz...]
 
-TIME_KMEANS is the example of crates/cluster. Without files, rows are 4 096 generated tokens of 128 numbers at three spreads. A file
-is one that `partprobe embed` or `eval.embeddings = true` writes; its rows are repeated by nothing, and each counts once.
-scikit-learn runs both of its algorithms with ten k-means++ restarts; the faster one counts. Seconds are those of the processor, so
-that other programs on the machine do not matter. Exits with 1 if we are less than three times as fast, slower than 0.3 s, or have a
-larger inertia; rows of noise alone (spread 30) are shown and do not count.
+Input: TIME_KMEANS, the built example of crates/cluster; and embeddings that `partprobe embed` or `eval.embeddings = true` wrote. Without
+embeddings, the script generates 4 096 tokens of 128 numbers at three spreads.
+Output: a Markdown table on stdout. In its heading, "ours" means partprobe.
+Exit status: 1 if partprobe is less than three times as fast as scikit-learn, takes more than 0.3 s, or has a larger inertia.
+Needs numpy and scikit-learn.
+
+scikit-learn runs both of its algorithms with ten k-means++ restarts, and the faster one counts. All seconds are CPU seconds, so other
+programs on the machine hardly change them. Rows of pure noise (spread 30) are shown, but they do not affect the exit status.
 """
 
 import json
@@ -25,17 +28,17 @@ import numpy as np  # noqa: E402
 from sklearn.cluster import KMeans  # noqa: E402
 
 N_TOKENS, DIM, K, RESTARTS = 4096, 128, 20, 10
-# scikit-learn's times are the shortest of so many calls.
+# The time of scikit-learn is the shortest of this number of calls.
 N_CALLS = 3
-# A larger inertia by less than this share is a tie: both end in local optima of random starts.
+# An inertia that is larger by less than this fraction counts as equal, because both end in local optima of random starts.
 TIE = 2e-3
 MAX_SECONDS, LEAST_FACTOR = 0.3, 3.0
-# No shape is like this: nothing is there to be found.
+# These rows have no clusters. No shape is like this.
 NOISE = "generated, spread 30.0"
 
 
 def generated(spread):
-    """Unit rows around K random directions whose shares fall as those of the faces of real parts do."""
+    """Returns unit rows around K random directions. The sizes of the clusters are as unequal as the areas of the faces of real parts."""
     rng = np.random.default_rng(0)
     axes = rng.uniform(-1, 1, (K, DIM))
     share = (np.arange(N_TOKENS) / N_TOKENS) ** 2
@@ -44,11 +47,13 @@ def generated(spread):
 
 
 def unit(rows):
+    """Returns the rows scaled to length 1."""
     rows = rows / np.maximum(np.linalg.norm(rows, axis=1, keepdims=True), 1e-12)
     return np.ascontiguousarray(rows, dtype=np.float32)
 
 
 def scikit(rows, algorithm):
+    """Returns the shortest time in CPU seconds and the inertia of scikit-learn."""
     seconds, inertia = [], None
     for _ in range(N_CALLS):
         model = KMeans(K, n_init=RESTARTS, algorithm=algorithm, random_state=0)
@@ -60,6 +65,7 @@ def scikit(rows, algorithm):
 
 
 def ours(program, rows):
+    """Returns the times and the objectives of partprobe, as the object that the example prints."""
     with tempfile.NamedTemporaryFile(suffix=".f32") as file:
         rows.astype("<f4").tofile(file.name)
         command = [program, file.name, str(rows.shape[1]), str(K), str(RESTARTS)]
@@ -67,6 +73,7 @@ def ours(program, rows):
 
 
 def files_at(path):
+    """Returns the npz files of a folder, or the given file."""
     return sorted(path.glob("*.npz")) if path.is_dir() else [path]
 
 

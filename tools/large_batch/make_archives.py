@@ -1,13 +1,15 @@
-"""Makes 7z archives of STEP files for a batch of the size that a real corpus has.
-
-Each archive holds the same number of files, in one solid LZMA2 block: files of folders that are
-given with their shares, repeated under new names until the share is filled. Nothing is drawn at random, and
-every file is there under a name of its own; archives therefore repeat to the byte but for their dates.
+"""Makes 7z archives of STEP files, for a batch as large as a real corpus.
 
     pip install py7zr
     partprobe synth --out synth/ -n 2000 --seed 1
     python3 make_archives.py archives/ --n-archives 18 --n-files 10000 --max-kb 300 \
         --share 0.25=abc/ --share 0.45=mfcad/ --share 0.3=synth/
+
+Input: folders of STEP files, each with its fraction of the files of an archive.
+Output: `chunk_0000.7z` and so on. An archive that already exists is kept. One line per archive on stdout.
+
+Each archive has the same number of files in one solid LZMA2 block. The files of a folder repeat under new names until its fraction is
+reached, so every file has a unique name. Nothing is random, so a second call makes archives that differ only in their dates.
 """
 
 import argparse
@@ -20,13 +22,13 @@ LZMA2_FAST = [{"id": py7zr.FILTER_LZMA2, "preset": 1}]
 
 
 def step_files(folder, max_kb):
-    """The STEP files below a folder up to a size, sorted by path."""
+    """Returns the STEP files below a folder that are not larger than `max_kb`, sorted by path."""
     files = (path for path in pathlib.Path(folder).rglob("*") if path.suffix.lower() in STEP)
     return sorted(path for path in files if path.stat().st_size <= max_kb * 1024)
 
 
 def members(shares, n_files, first):
-    """Names and source files of one archive; `first` counts the files of the archives before it."""
+    """Yields the name and the source file of each member of one archive. `first` is the number of files in the archives before it."""
     n_done = 0
     for share, files in shares:
         for idx in range(round(share * n_files)):
@@ -50,7 +52,7 @@ def main():
     pairs = [share.split("=", 1) for share in args.share]
     shares = [(float(share), step_files(folder, args.max_kb)) for share, folder in pairs]
     for (share, folder), (_, files) in zip(pairs, shares):
-        print(f"{share} of the files from {folder}: {len(files)} distinct ones")
+        print(f"{share} of the files from {folder}: {len(files)} distinct files")
     args.out.mkdir(parents=True, exist_ok=True)
     for number in range(args.n_archives):
         path = args.out / f"chunk_{number:04d}.7z"

@@ -1,9 +1,11 @@
-"""Runs a command and writes the memory of it and all its children to a CSV, a line every few seconds.
+"""Runs a command, and records the memory of its process and of all processes below it in a CSV file.
 
     python3 watch_memory.py memory.csv -- partprobe label archives/ --out dataset/ --resume
 
-Columns: seconds since the start, resident MiB of the whole tree, of its root alone, of its largest child, and the
-number of processes. At the end one line on stderr says the time, the CPU seconds, and the largest values seen.
+Output: a row every few seconds. The columns are the seconds since the start; the resident memory in MiB of all processes together, of the
+first process, and of its largest child; and the number of processes. At the end, a line on stderr gives the time, the CPU seconds,
+and the largest values.
+Exit status: that of the command.
 """
 
 import argparse
@@ -19,12 +21,12 @@ PAGE_MIB = os.sysconf("SC_PAGE_SIZE") / 2**20
 
 
 def parents():
-    """The parent of every process."""
+    """Returns the parent of every process, by process id."""
     table = {}
     for folder in pathlib.Path("/proc").iterdir():
         if folder.name.isdigit():
             try:
-                # The name of the program stands in brackets and may hold anything.
+                # The name of the program is in parentheses, and may itself contain parentheses and spaces.
                 fields = (folder / "stat").read_text().rpartition(")")[2].split()
             except OSError:
                 continue
@@ -33,7 +35,7 @@ def parents():
 
 
 def tree(root):
-    """The process and everything below it."""
+    """Returns the ids of a process and of all processes below it."""
     table = parents()
     found = {root}
     while True:
@@ -44,6 +46,7 @@ def tree(root):
 
 
 def resident_mib(pid):
+    """Returns the resident memory of a process in MiB, or 0 if the process has ended."""
     try:
         return int(pathlib.Path(f"/proc/{pid}/statm").read_text().split()[1]) * PAGE_MIB
     except OSError:

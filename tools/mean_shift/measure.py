@@ -1,11 +1,15 @@
 #!/usr/bin/env python3
-"""Measures the mean shift of the shipped configs on embeddings of real shapes, in seconds of one processor.
+"""Measures the mean shift of the shipped configs on embeddings of real shapes, in seconds on one core.
 
-    python3 tools/mean_shift/measure.py TIME_MEAN_SHIFT EMBEDDINGS.npz...
+    python3 tools/mean_shift/measure.py TIME_MEAN_SHIFT EMBEDDINGS.npz...        or: just bench-mean-shift EMBEDDINGS.npz...
 
-TIME_MEAN_SHIFT is the example of crates/net. A file is one that `partprobe embed --set net.refine=none` writes. Rows that have met move
-as one, so embeddings of parts take less time than as many random rows, which is the last column. Exits with 1 if the mean over the
-shapes is above 0.2 s.
+Input: TIME_MEAN_SHIFT, the built example of crates/net; and embeddings that `partprobe embed --set net.refine=none` wrote.
+Output: a Markdown table on stdout, with the mean, the median and the longest time below it.
+Exit status: 1 if the mean over the shapes is above 0.2 s.
+Needs numpy.
+
+When two rows have moved to the same position, mean shift moves them as one row. So embeddings of parts take less time than the same
+number of random rows. The last column has the time without this effect.
 """
 
 import json
@@ -22,6 +26,7 @@ MAX_SECONDS = 0.2
 
 
 def measured(program, rows):
+    """Returns the times of the mean shift of these rows on one thread, as the object that the example prints."""
     with tempfile.NamedTemporaryFile(suffix=".f32") as file:
         rows.astype("<f4").tofile(file.name)
         command = [program, file.name, str(rows.shape[1])]
@@ -30,6 +35,7 @@ def measured(program, rows):
 
 
 def files_at(path):
+    """Returns the npz files of a folder, or the given file."""
     return sorted(path.glob("*.npz")) if path.is_dir() else [path]
 
 

@@ -1,20 +1,25 @@
-"""Compares `sdf` and `ransac` with libigl, CGAL and Open3D on shapes: compare.py PROGRAM [STEP...]
+"""Compares the label sources `sdf` and `ransac` with libigl, CGAL and Open3D.
 
-PROGRAM is the example `mesh_sources` of crates/sources. Without files it generates 20 parts. The tables go to stdout.
-Open3D needs the system's libusb-1.0 (`apt install libusb-1.0-0` on Debian).
+    compare.py PROGRAM [STEP...]        or: just check-mesh-sources [STEP...]
 
-- Thickness: libigl's `shape_diameter_function` with 64 rays at the centroid of each triangle of the refined mesh, and CGAL's
-  `sdf_values`. libigl takes the plain mean over a half space. CGAL takes a mean without outliers over a cone of 120 degrees,
-  as `sdf` does, and smooths it. The rank correlation says whether both find the same places thick.
-- Labels of `sdf-5`: CGAL's `segmentation_from_sdf_values` with its own default of 5 clusters, on the same triangles. ARI weighs
-  triangles by their area.
-- Primitives: CGAL's `efficient_RANSAC` (planes, spheres, cylinders, cones) on the same 20 000 points and normals, with the same
-  tolerances and the same smallest primitive as ours. ARI compares the labels of the points to which CGAL gives a primitive.
-  CGAL's search has no seed, so it runs several times: the column is the median of the runs, and the agreement of each two
-  runs with each other says how far a single run can be trusted.
-- Planes: Open3D's `segment_plane` takes the plane with the most points, again and again. A plane keeps the points whose normal
-  agrees, and DBSCAN divides it into connected pieces. A strip of a cylinder is near a plane too, so that pieces with other
-  normals than one are left out. ARI compares the labels of the points in the other pieces.
+Input: PROGRAM, the built example `mesh_sources` of crates/sources; and STEP files. Without STEP files, the example generates 20 parts.
+Output: two Markdown tables on stdout, a row per shape. In their headings, "ours" means partprobe.
+Needs numpy, CGAL, cgal-pybind, libigl and Open3D. Open3D needs the system's libusb-1.0 (`apt install libusb-1.0-0` on Debian).
+
+The tables compare:
+
+- Thickness: `sdf` with libigl's `shape_diameter_function`, with 64 rays at the centroid of each triangle of the refined mesh, and with
+  CGAL's `sdf_values`. libigl takes the plain mean over a half space. CGAL takes a mean without outliers over a cone of 120 degrees, as
+  `sdf` does, and then smooths it. The rank correlation is high if both find the same regions thick.
+- Labels of `sdf-5`: with CGAL's `segmentation_from_sdf_values` at its default of 5 clusters, on the same triangles. The ARI weights each
+  triangle by its area.
+- Primitives: `ransac` with CGAL's `efficient_RANSAC` (planes, spheres, cylinders, cones), on the same 20 000 points and normals, with the
+  same tolerances and the same smallest primitive. The ARI compares the labels of the points to which CGAL gives a primitive. The search
+  of CGAL has no seed, so it runs several times, and the column is the median of the runs. The agreement of the runs with each other shows
+  how reliable a single run is.
+- Planes: `ransac` with Open3D's `segment_plane`, which finds the plane with the most points, again and again. A plane keeps the points
+  whose normal agrees, and DBSCAN divides them into connected pieces. Such a piece may also be a strip of a cylinder that is near a plane.
+  So a piece is left out if its normals differ. The ARI compares the labels of the points in the other pieces.
 """
 
 import itertools
@@ -31,16 +36,16 @@ from CGAL.CGAL_Point_set_3 import Point_set_3
 from CGAL.CGAL_Shape_detection import efficient_RANSAC
 
 MIN_PERMILLE = 10
-# The number of clusters that CGAL's segmentation has unless it is told another one; the Python package tells it none.
+# The default number of clusters of CGAL's segmentation. The Python package cannot set another number.
 N_CLUSTERS = 5
 # The constants of crates/sources/src/ransac.rs.
 MAX_DISTANCE = 0.002
 MIN_COSINE = numpy.cos(numpy.radians(10.0))
-# CGAL joins points into one piece over this distance, in fractions of the diagonal: its own default.
+# CGAL joins points that are closer than this, in fractions of the diagonal. This is its default.
 CLUSTER_DISTANCE = 0.01
 N_RAYS = 64
 N_RUNS = 5
-# DBSCAN joins points over this distance: 20 000 points are about 0.01 of the diagonal apart, so that this is certain.
+# DBSCAN joins points that are closer than this. 20 000 points are about 0.01 of the diagonal apart, so neighbors are certainly joined.
 PLANE_CLUSTER_DISTANCE = 0.03
 PLANE_TRIALS = 1000
 # A piece is flat if nearly all of its normals are this close to their mean.
@@ -49,7 +54,7 @@ FLAT_SHARE = 0.95
 
 
 def ranks(values):
-    """The rank of each value; equal values have the mean of their ranks."""
+    """Returns the rank of each value. Equal values get the mean of their ranks."""
     order = numpy.argsort(values, kind="stable")
     found = numpy.empty(len(values))
     found[order] = numpy.arange(len(values))
@@ -58,14 +63,14 @@ def ranks(values):
 
 
 def rank_correlation(a, b):
-    """Spearman's rank correlation where both are known; not a number if one side is constant."""
+    """Returns Spearman's rank correlation over the entries that are known in both; NaN if one of them is constant."""
     both = numpy.isfinite(a) & numpy.isfinite(b)
     with numpy.errstate(invalid="ignore", divide="ignore"):
         return numpy.corrcoef(ranks(a[both]), ranks(b[both]))[0, 1]
 
 
 def adjusted_rand_index(a, b, weights=None):
-    """Hubert and Arabie's index of two labelings of the same points, or of the same surface if the points have weights."""
+    """Returns the index of Hubert and Arabie for two labelings of the same points, or of the same areas if there are weights."""
     if len(a) == 0:
         return numpy.nan
     _, a = numpy.unique(a, return_inverse=True)
@@ -81,13 +86,13 @@ def adjusted_rand_index(a, b, weights=None):
 
 
 def triangle_normals(vertices, triangles):
-    """The normal of each triangle, as long as twice its area."""
+    """Returns the normal of each triangle, with twice the area of the triangle as its length."""
     corners = vertices[triangles]
     return numpy.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
 
 
 def igl_diameters(vertices, triangles):
-    """libigl's shape diameter at the centroid of each triangle; it shoots against the normal."""
+    """Returns libigl's shape diameter at the centroid of each triangle. libigl shoots its rays against the normal."""
     normals = triangle_normals(vertices, triangles)
     lengths = numpy.linalg.norm(normals, axis=1, keepdims=True)
     normals = numpy.divide(normals, lengths, out=numpy.zeros_like(normals), where=lengths > 0)
@@ -97,7 +102,7 @@ def igl_diameters(vertices, triangles):
 
 
 def cgal_segments(vertices, triangles):
-    """CGAL's thickness and segment of each triangle; None if the mesh is not a closed manifold."""
+    """Returns CGAL's thickness and segment of each triangle, or `None` if the mesh is not a closed manifold."""
     try:
         polyhedron = cgal_pybind.Polyhedron()
         polyhedron.build(vertices, triangles.astype(numpy.uint64))
@@ -107,7 +112,7 @@ def cgal_segments(vertices, triangles):
 
 
 def cgal_primitives(points, normals, diagonal):
-    """CGAL's primitive of each point; -1 where it has found none."""
+    """Returns CGAL's primitive of each point; -1 if CGAL found none for it."""
     cloud = Point_set_3()
     cloud.add_normal_map()
     for point, normal in zip(points.tolist(), normals.tolist()):
@@ -118,19 +123,19 @@ def cgal_primitives(points, normals, diagonal):
         cloud, shape_map, min_points, MAX_DISTANCE * diagonal, CLUSTER_DISTANCE * diagonal,
         MIN_COSINE, 0.05, True, True, True, True, False,
     )
-    # CGAL shuffles the order of `cloud.indices()`; the indices themselves stay.
+    # CGAL shuffles the order of `cloud.indices()`, but each point keeps its index.
     return numpy.array([shape_map.get(index) for index in range(len(points))])
 
 
 def is_flat(normals):
-    """Whether nearly all normals are one."""
+    """Returns whether nearly all normals have the same direction."""
     mean = normals.mean(axis=0)
     length = numpy.linalg.norm(mean)
     return length > 0 and (normals @ mean / length >= MIN_FLAT_COSINE).mean() >= FLAT_SHARE
 
 
 def open3d_planes(points, normals, diagonal):
-    """Open3D's connected piece of a plane of each point; -1 where there is none."""
+    """Returns the connected piece of an Open3D plane of each point; -1 if the point is in none."""
     open3d.utility.random.seed(0)
     min_points = len(points) * MIN_PERMILLE // 1000
     found = numpy.full(len(points), -1)
@@ -156,7 +161,7 @@ def open3d_planes(points, normals, diagonal):
 
 
 def compare_thickness(shape):
-    """The row of one shape in the table of thickness."""
+    """Returns the row of one shape in the table of thickness."""
     vertices, triangles = numpy.array(shape["vertices"]), numpy.array(shape["triangles"])
     ours = numpy.array([numpy.nan if value is None else value for value in shape["diameters"]])
     labels = numpy.array(shape["triangle_labels"])
@@ -177,7 +182,7 @@ def compare_thickness(shape):
 
 
 def compare_primitives(shape):
-    """The row of one shape in the table of primitives."""
+    """Returns the row of one shape in the table of primitives."""
     vertices = numpy.array(shape["vertices"])
     points, normals = numpy.array(shape["points"]), numpy.array(shape["normals"])
     labels = numpy.array(shape["labels"])
@@ -206,13 +211,13 @@ def compare_primitives(shape):
 
 
 def cell(name, value):
-    """A count as it is, and a measurement with three digits."""
+    """Returns a count unchanged, and a measurement with three decimals."""
     is_count = name.startswith(("triangles", "labels", "segments", "planes"))
     return value if isinstance(value, str) else f"{value:g}" if is_count else f"{value:.3f}"
 
 
 def print_table(rows):
-    """Rows as Markdown, with the median of each column."""
+    """Prints rows as a Markdown table, with the median of each column."""
     names = list(rows[0])
     print("| " + " | ".join(names) + " |")
     print("|---|" + "---:|" * (len(names) - 1))

@@ -1,14 +1,14 @@
 #!/usr/bin/env python3
-"""Faces whose area `partprobe verify` finds to differ, looked at again with OpenCASCADE's finer means.
+"""Measures faces again with OpenCASCADE, if `partprobe verify` reports that their areas differ from the reference.
 
     pip install cadquery-ocp
     partprobe verify --reference REF.jsonl.zst DIR --list > listed.txt
     areas.py DIR listed.txt --out areas.jsonl [--timeout 60]
 
-For each face that listed.txt names with a differing area: BRepGProp::SurfaceProperties as it is and in its adaptive form
-at 1e-5, and the area of the mesh at 2e-4 of the face's diagonal and 0.1 rad. A line of areas.jsonl is {"file", "face", "type",
-"ours", "default", "adaptive", "mesh"}, areas in square millimeters. At the end it counts the faces by who agrees with whom
-within 1 %.
+Input: the STEP files below DIR, and listed.txt, which names the faces. Output: areas.jsonl, with one line per face: {"file", "face",
+"type", "ours", "default", "adaptive", "mesh"}, in square millimeters. "ours" is the area of partprobe. "default" is that of
+BRepGProp::SurfaceProperties, and "adaptive" is that of its adaptive form at 1e-5. "mesh" is the area of a mesh at 2e-4 of the face's
+diagonal and 0.1 rad. At the end, stdout has the number of faces for each case: which of the areas agree within 1 %.
 """
 from __future__ import annotations
 
@@ -25,10 +25,12 @@ LISTED = re.compile(r"(.*?): area: #(\d+) \((\w+)\) has (\S+) mm², reference ")
 
 
 def is_face(keyword):
+    """Returns whether a STEP keyword may be that of a face. A complex instance has an empty keyword."""
     return keyword == b"" or keyword.endswith((b"FACE", b"SURFACE"))
 
 
 def area(face, adaptive=None):
+    """Returns the area of a face by BRepGProp, with the adaptive form if `adaptive` gives its tolerance."""
     from OCP.BRepGProp import BRepGProp
     from OCP.GProp import GProp_GProps
 
@@ -39,6 +41,7 @@ def area(face, adaptive=None):
 
 
 def mesh_area(face):
+    """Returns the area of a fine mesh of a face, or `None` if the face has no mesh."""
     from OCP.Bnd import Bnd_Box
     from OCP.BRep import BRep_Tool
     from OCP.BRepBndLib import BRepBndLib
@@ -62,7 +65,7 @@ def mesh_area(face):
 
 
 def looked_at(job):
-    """The areas of some faces of one file, by their numbers."""
+    """Returns the three areas of some faces of one file, by the numbers of the faces."""
     from OCP.TopAbs import TopAbs_FACE
     from OCP.TopoDS import TopoDS
 
@@ -71,12 +74,13 @@ def looked_at(job):
     for number, shape in distinct_shapes(path, TopAbs_FACE, is_face):
         if number in wanted:
             found[number].append(TopoDS.Face(shape))
-    # A face that healing has broken into pieces is the sum of them.
+    # Healing may break a face into pieces. Its area is then the sum of the pieces.
     measures = (area, lambda face: area(face, 1e-5), lambda face: mesh_area(face) or 0.0)
     return {number: [sum(map(measure, faces)) for measure in measures] for number, faces in found.items()}
 
 
 def within(ours, theirs):
+    """Returns whether two areas agree within 1 %."""
     return abs(ours - theirs) <= 0.01 * abs(theirs)
 
 
@@ -85,7 +89,7 @@ def main():
     parser.add_argument("dir", type=Path)
     parser.add_argument("listed", type=Path)
     parser.add_argument("--out", type=Path, required=True)
-    parser.add_argument("--timeout", type=float, default=60.0, help="seconds for a file")
+    parser.add_argument("--timeout", type=float, default=60.0, help="seconds that OpenCASCADE may take for a file")
     options = parser.parse_args()
     import_once()
     by_file = defaultdict(dict)
@@ -106,14 +110,19 @@ def main():
 
 
 def verdict(ours, theirs):
+    """Returns the case of a face as text."""
     if theirs is None:
-        return "not found again, or no answer in time"
+        return "OpenCASCADE did not find the face, or did not answer in time"
     if max(theirs) <= 0.0:
-        return "no area there by any of the three"
+        return "all three areas of OpenCASCADE are zero"
     if any(within(ours, area) for area in theirs):
-        return "agrees with one of the three"
+        return "partprobe agrees with one of the three"
     _, adaptive, mesh = theirs
-    return "adaptive and mesh agree, and differ from ours" if within(adaptive, mesh) else "adaptive and mesh differ, all from ours"
+    return (
+        "adaptive and mesh agree, and partprobe differs"
+        if within(adaptive, mesh)
+        else "adaptive and mesh differ, and partprobe differs from all three"
+    )
 
 
 if __name__ == "__main__":

@@ -1,24 +1,31 @@
-"""CPU seconds of partprobe and of OpenCASCADE on the same STEP files, as ratios from one run.
+"""Compares the CPU seconds of partprobe and of OpenCASCADE on the same STEP files.
 
     pip install cadquery-ocp
-    python tools/occt/bench_occt.py --partprobe target/release/partprobe -n 60 DIR...
+    python tools/occt/bench_occt.py --partprobe target/release/partprobe -n 60 DIR...        or: just bench-occt [-n FILES] DIR...
 
-Each DIR is a group: a seeded sample of its files is read by both, in turns. Ours is the whole process, `partprobe
-label --jobs 1`, which reads, partitions, tessellates and writes carriers; user and system time of it and its worker.
-Theirs is the time inside one Python process from opening a file on: starting Python and importing the bindings is left
-out, and nothing is written. Both mesh at a chord of 0.002 of the bounding box's diagonal and 0.3 rad. Files that
-OpenCASCADE crashes or hangs on, or finds no face in, are left out for both. Theirs is measured in four ways:
+Input: folders of STEP files. Each folder is a group. The script takes a sample of its files by a fixed seed.
+Output: a Markdown table on stdout. The ratios are the seconds of OpenCASCADE divided by those of partprobe.
 
-    healed+mesh      the default import, then the mesh, without labels
-    pcurves+mesh     only what the mesher cannot do without (curves in the parameter plane, seams), then the mesh;
-                     without them most faces that aren't planes get no triangle
-    unhealed+labels  no healing and no mesh: primitive types, dihedral angles, parts, by a loop in Python
-    unhealed         no healing, no mesh, no labels: the import alone
+Both programs read the same files in turns, and mesh them with a chord of 0.002 of the diagonal of the bounding box and an angle of 0.3
+rad. A file is left out for both if OpenCASCADE crashes, hangs, or finds no face in it.
 
-At the same tolerances means at chord and angle alone, `label.volume_loss=0`: its mesher does not look at volumes. By default
-ours meshes solids finer whose volume suffers; the column `volumes kept` sets `healed+mesh` against that.
-The last column sets `unhealed+labels` against ours when it does the same, `partprobe label --emit labels
---set label.tau_min=0`, without a mesh.
+- partprobe: the user and system time of the whole process and its worker, `partprobe label --jobs 1`. It reads, partitions and
+  tessellates the files, and writes carriers.
+- OpenCASCADE: the time inside one Python process, from opening a file to the end. Starting Python and importing the bindings is not
+  counted, and nothing is written.
+
+OpenCASCADE is measured in four modes:
+
+    healed+mesh      the default import and the mesh, without labels
+    pcurves+mesh     an import with only the repairs that the mesher needs (curves in the parameter plane, seams), and the mesh; without
+                     these repairs most faces that are not planes get no triangle
+    unhealed+labels  an import without healing and without a mesh; then primitive types, dihedral angles and parts, by a loop in Python
+    unhealed         only the import, without healing
+
+In these columns, partprobe runs with `label.volume_loss=0`: like the mesher of OpenCASCADE, it then considers only the chord and the
+angle. By default, partprobe also refines the mesh of a solid whose volume would change too much. The column `volumes kept` compares
+`healed+mesh` with this default. The last column compares `unhealed+labels` with partprobe without a mesh, `partprobe label --emit labels
+--set label.tau_min=0`.
 """
 
 import argparse
@@ -36,22 +43,25 @@ from pathlib import Path
 
 CHORD, ANGLE = 0.002, 0.3
 MODES = ["healed+mesh", "pcurves+mesh", "unhealed+labels", "unhealed"]
-# The mode that does what WITHOUT_MESH does, and no more.
+# The mode that does the same work as partprobe with WITHOUT_MESH.
 LABELS_ALONE = "unhealed+labels"
-# Labels before τ_min, as theirs: counting triangles is what would need a mesh.
+# τ_min is off, because it counts triangles and so needs a mesh. The loop in Python does not apply it either.
 WITHOUT_MESH = ["--emit", "labels", "--set", "label.tau_min=0"]
-# The tolerances that both meshers know.
+# The tolerances that both meshers have.
 CHORD_AND_ANGLE = ["--set", "label.volume_loss=0"]
 THETA_DEG = 8.0
-# What an import must do for BRepMesh_IncrementalMesh to find the boundaries of its faces.
+# The repairs without which BRepMesh_IncrementalMesh does not find the boundaries of the faces.
 MESHABLE = "FreeFace FreeShell Solid Shell Face Wire EdgeCurves AddPCurve Seam MissingSeam Lacking Degenerated".split()
-# Files that one takes before it is the other's turn.
+# The number of files that one program reads before the other program reads them.
 TURN = 100
 SUFFIXES = {".step", ".stp", ".p21"}
 
 
 def switch_healing_off(reader, kept):
-    """Binds the modes of ShapeFix to 0 but for those kept; the set of flags itself cannot be passed from Python."""
+    """Sets all modes of ShapeFix to 0 except the kept ones.
+
+    The Python bindings cannot pass the flags themselves, so this function sets the parameters.
+    """
     from OCP.collections import DataMap_TCollection_AsciiString_TCollection_AsciiString as Parameters
     from OCP.TCollection import TCollection_AsciiString as Text
 
@@ -69,7 +79,7 @@ def switch_healing_off(reader, kept):
 
 
 def part_of_each_face(shape):
-    """The parts by primitive type and dihedral angle at the middle of each shared edge."""
+    """Returns the part of each face. Two faces of one type join if the dihedral angle in the middle of a shared edge is small."""
     from OCP.BRep import BRep_Tool
     from OCP.BRepAdaptor import BRepAdaptor_Curve, BRepAdaptor_Surface
     from OCP.collections import IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher as ShapeMap
@@ -91,6 +101,7 @@ def part_of_each_face(shape):
             explorer.Next()
 
     def normal(face, place):
+        """Returns the outward normal of a face at a point, not scaled."""
         shape, surface = surfaces[face]
         uv = ShapeAnalysis_Surface(BRep_Tool.Surface_s(shape)).ValueOfUV(place, 1e-6)
         du, dv = gp_Vec(), gp_Vec()
@@ -101,6 +112,7 @@ def part_of_each_face(shape):
     parent = list(range(len(surfaces)))
 
     def root(face):
+        """Returns the face that represents the part of a face so far."""
         while parent[face] != face:
             face = parent[face] = parent[parent[face]]
         return face
@@ -121,7 +133,7 @@ def part_of_each_face(shape):
 
 
 def seconds_of(path, mode):
-    """CPU seconds of OpenCASCADE on one file; None if it reads no face."""
+    """Returns the CPU seconds of OpenCASCADE for one file, or `None` if it reads no face."""
     from OCP.Bnd import Bnd_Box
     from OCP.BRepBndLib import BRepBndLib
     from OCP.BRepMesh import BRepMesh_IncrementalMesh
@@ -151,9 +163,9 @@ def seconds_of(path, mode):
 
 
 def serve():
-    """The child: a request a line on stdin, an answer a line on stdout."""
+    """Runs in the child process: reads one request per line from stdin, and writes one answer per line to stdout."""
     out = open(1, "w", closefd=False)
-    import OCP.STEPControl  # noqa: F401  (the import is no part of any file's time)
+    import OCP.STEPControl  # noqa: F401  (imported before the first file, so that it is not part of its time)
     from OCP.Message import Message, Message_PrinterOStream
 
     Message.DefaultMessenger_s().RemovePrinters(Message_PrinterOStream.get_type_descriptor_s())
@@ -164,7 +176,7 @@ def serve():
 
 
 class OpenCascade:
-    """A child process that reads files, started anew where a file ends it."""
+    """A child process that reads files with OpenCASCADE. If a file ends the process, the next file starts a new one."""
 
     def __init__(self, timeout):
         self.timeout, self.child, self.answers = timeout, None, None
@@ -179,13 +191,14 @@ class OpenCascade:
 
     @staticmethod
     def listen(child, answers):
+        """Runs in a thread: moves the answers of the child to a queue."""
         for line in child.stdout:
             if line.startswith("@"):
                 answers.put(json.loads(line[1:]))
         answers.put("ended")
 
     def seconds(self, path, mode):
-        """CPU seconds; None if the file has no face, or if OpenCASCADE hangs or ends on it."""
+        """Returns the CPU seconds for a file; `None` if the file has no face, or if OpenCASCADE hangs or crashes."""
         if self.child is None:
             self.start()
         self.child.stdin.write(json.dumps([str(path), mode]) + "\n")
@@ -207,12 +220,13 @@ class OpenCascade:
 
 
 def children_seconds():
+    """Returns the CPU seconds of all child processes that have ended."""
     usage = resource.getrusage(resource.RUSAGE_CHILDREN)
     return usage.ru_utime + usage.ru_stime
 
 
 def label(program, files, *arguments):
-    """CPU seconds of one whole run of partprobe, which must label every file."""
+    """Returns the CPU seconds of one run of partprobe. Raises an error if a file cannot be labeled."""
     with tempfile.TemporaryDirectory() as folder:
         names = Path(folder, "files.txt")
         names.write_text("".join(f"{file}\n" for file in files))
@@ -224,17 +238,18 @@ def label(program, files, *arguments):
 
 
 def step_files(folder):
+    """Returns the STEP files below a folder, sorted by path."""
     return sorted(path for path in Path(folder).rglob("*") if path.suffix.lower() in SUFFIXES and path.is_file())
 
 
 def measure(options, folder):
-    """A row of the table: files, bytes, our seconds, their seconds in each mode."""
+    """Returns a row of the table: the number and size of the files, and the seconds of partprobe and of each mode of OpenCASCADE."""
     files = step_files(folder)
     if options.n:
         files = sorted(random.Random(options.seed).sample(files, min(options.n, len(files))))
     occt = OpenCascade(options.timeout)
     kept, ours, ours_by_default, ours_without_mesh, theirs = [], 0.0, 0.0, 0.0, [0.0] * len(MODES)
-    # In turns, so that whatever else the machine does slows both alike.
+    # The programs run in turns, so that other work of the machine slows both of them equally.
     for first in range(0, len(files), TURN):
         answers = {}
         for file in files[first : first + TURN]:
@@ -261,6 +276,7 @@ def measure(options, folder):
 
 
 def table(rows):
+    """Returns the rows as a Markdown table."""
     lines = [
         "| group | files | MB | partprobe, CPU s | files per CPU s | " + " | ".join(MODES) + " | volumes kept | labels against labels |",
         "|---|---:|---:|---:|---:|" + "---:|" * (len(MODES) + 2),
@@ -278,12 +294,12 @@ def table(rows):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("folders", nargs="*", help="groups of STEP files")
-    parser.add_argument("--partprobe", default="target/release/partprobe", help="the program")
-    parser.add_argument("-n", type=int, default=60, help="files of each group; 0 takes all")
+    parser.add_argument("folders", nargs="*", help="folders of STEP files; each is a group")
+    parser.add_argument("--partprobe", default="target/release/partprobe", help="path of the program")
+    parser.add_argument("-n", type=int, default=60, help="number of files of each group; 0 takes all")
     parser.add_argument("--seed", type=int, default=1, help="seed of the sample")
-    parser.add_argument("--timeout", type=float, default=120, help="seconds that OpenCASCADE gets for a file")
-    parser.add_argument("--json", help="write the seconds to this file too")
+    parser.add_argument("--timeout", type=float, default=120, help="seconds that OpenCASCADE may take for a file")
+    parser.add_argument("--json", help="also write the seconds to this file")
     parser.add_argument("--serve", action="store_true", help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.serve:

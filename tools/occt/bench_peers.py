@@ -1,23 +1,25 @@
-"""CPU seconds of partprobe and of other readers on the same STEP files, as ratios from one run.
+"""Compares the CPU seconds of partprobe, OpenCASCADE and step2glb on the same STEP files.
 
     pip install cadquery-ocp
     python tools/occt/bench_peers.py --partprobe target/release/partprobe --step2glb PATH -n 60 DIR...
 
-Each DIR is a group: all programs read a seeded sample of its files, in turns, at a chord of 0.002 of the bounding box's
-diagonal and 0.3 rad. User and system time count.
+Input: folders of STEP files. Each folder is a group. The script takes a sample of its files by a fixed seed.
+Output: a Markdown table on stdout, with the user and system time of each program, and their ratios to partprobe.
+
+All programs read the same files in turns, with a chord of 0.002 of the diagonal of the bounding box and an angle of 0.3 rad:
 
     partprobe    the whole process with its worker, `partprobe label --jobs 1`: parts, mesh, carriers on disk
-    OpenCASCADE  the default import and BRepMesh inside one Python process; nothing is labeled or written
-    step2glb     one process for each file, one thread, without its optional pass over the vertices: mesh, GLB on disk
+    OpenCASCADE  the default import and BRepMesh inside one Python process; no labels, and nothing is written
+    step2glb     one process per file with one thread, without its optional pass over the vertices: mesh, GLB on disk
 
-Column `partprobe` is at chord and angle alone, `label.volume_loss=0`: the others do not look at volumes either. Column
-`volumes kept` is partprobe at its defaults. step2glb takes one file for each start; column `of it start` says which part
-of its time `step2glb --version` needs as often.
+The column `partprobe` has the time with `label.volume_loss=0`: like the other programs, it then considers only the chord and the angle.
+The column `volumes kept` has the time of partprobe at its defaults. step2glb starts a process for each file. The column `of it start` has
+the time that these starts take, measured with `step2glb --version`.
 
-step2glb (github.com/vegarringdal/step2glb, pure Rust) is not on crates.io, so the path of its program is an argument;
-without `--step2glb` only OpenCASCADE is measured.
+step2glb (github.com/vegarringdal/step2glb, pure Rust) is not on crates.io, so you build it and pass its path. Without `--step2glb`, only
+OpenCASCADE is measured.
 
-A file from which one of the programs gets no triangle counts for none; the last column says how many those were.
+If one of the programs gets no triangle from a file, the file is left out for all of them. The last column has the numbers of such files.
 """
 
 import argparse
@@ -33,18 +35,18 @@ from pathlib import Path
 
 from bench_occt import ANGLE, CHORD, CHORD_AND_ANGLE, TURN, OpenCascade, children_seconds, label, step_files
 
-# What OpenCASCADE does, of the modes that bench_occt.py knows.
+# The mode of OpenCASCADE, one of those in bench_occt.py.
 OCCT_MODE = "healed+mesh"
 
 
 class Step2glb:
-    """A program that makes a GLB file of a STEP file."""
+    """The program step2glb, which converts a STEP file to a GLB file."""
 
     def __init__(self, program, timeout):
         self.program, self.timeout = program, timeout
 
     def seconds(self, path, diagonal_mm):
-        """CPU seconds of one whole process; None if it fails or gives no triangle."""
+        """Returns the CPU seconds of one process, or `None` if it fails or writes no triangle."""
         with tempfile.TemporaryDirectory() as folder:
             glb = Path(folder, "out.glb")
             command = [self.program, path, "--output", glb, "--threads", 1, "--no-optimize"]
@@ -63,7 +65,7 @@ class Step2glb:
             return seconds if done.returncode == 0 and has_triangles(glb) else None
 
     def start_seconds(self, n=20):
-        """CPU seconds to start and end it: the mean of a few times."""
+        """Returns the mean CPU seconds of a process that starts and ends without work."""
         before = children_seconds()
         for _ in range(n):
             subprocess.run([self.program, "--version"], check=True, stdout=subprocess.DEVNULL)
@@ -71,7 +73,7 @@ class Step2glb:
 
 
 def has_triangles(glb):
-    """Whether a GLB file has a primitive with indices."""
+    """Returns whether a GLB file has a primitive with at least three indices."""
     try:
         data = glb.read_bytes()
         (length,) = struct.unpack_from("<I", data, 12)
@@ -84,7 +86,7 @@ def has_triangles(glb):
 
 
 def diagonals(program, files):
-    """The diagonal in millimeters of each file that partprobe can label."""
+    """Returns the diagonal in millimeters of each file that partprobe can label."""
     with tempfile.TemporaryDirectory() as folder:
         links, out = Path(folder, "files"), Path(folder, "out")
         links.mkdir()
@@ -98,13 +100,15 @@ def diagonals(program, files):
 
 
 def diagonal_of(labels_file):
+    """Returns the diagonal in millimeters that a labels file records."""
     with zipfile.ZipFile(labels_file) as archive:
         member = archive.read("meta.npy")
-    # JSON behind an NPY header, which ends with its first line.
+    # The member is an NPY header, which ends with the first line, followed by JSON.
     return json.loads(member[member.index(b"\n") + 1 :])["diagonal_mm"]
 
 
 def sample(options, folder):
+    """Returns the sampled STEP files of a folder."""
     files = step_files(folder)
     if options.n:
         files = sorted(random.Random(options.seed).sample(files, min(options.n, len(files))))
@@ -112,7 +116,7 @@ def sample(options, folder):
 
 
 def measure(options, folder):
-    """A row of the table: files, bytes, and the seconds of each program on the files that all of them read."""
+    """Returns a row of the table: the number and size of the files that all programs read, and the seconds of each program."""
     files = sample(options, folder)
     diagonal_of_file = diagonals(options.partprobe, files)
     occt = OpenCascade(options.timeout)
@@ -121,7 +125,7 @@ def measure(options, folder):
     row |= {"occt_s": 0.0, "step2glb_s": 0.0, "step2glb_start_s": 0.0}
     failed = {"partprobe": len(files) - len(diagonal_of_file), "OpenCASCADE": 0, "step2glb": 0}
     labeled = [file for file in files if file in diagonal_of_file]
-    # In turns, so that whatever else the machine does slows all alike.
+    # The programs run in turns, so that other work of the machine slows all of them equally.
     for first in range(0, len(labeled), TURN):
         kept = []
         for file in labeled[first : first + TURN]:
@@ -144,7 +148,7 @@ def measure(options, folder):
 
 
 def table(rows):
-    """The rows as Markdown, with a last one for all groups together."""
+    """Returns the rows as a Markdown table. If there are several groups, a last row has their sums."""
     numbers = [key for key in rows[0] if key not in ("group", "failed")]
     total = {key: sum(row[key] for row in rows) for key in numbers}
     failed = {name: sum(row["failed"][name] for row in rows) for name in rows[0]["failed"]}
@@ -168,13 +172,13 @@ def table(rows):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("folders", nargs="+", help="groups of STEP files")
-    parser.add_argument("--partprobe", default="target/release/partprobe", help="the program")
-    parser.add_argument("--step2glb", help="the program of step2glb")
-    parser.add_argument("-n", type=int, default=60, help="files of each group; 0 takes all")
+    parser.add_argument("folders", nargs="+", help="folders of STEP files; each is a group")
+    parser.add_argument("--partprobe", default="target/release/partprobe", help="path of the program")
+    parser.add_argument("--step2glb", help="path of the program step2glb")
+    parser.add_argument("-n", type=int, default=60, help="number of files of each group; 0 takes all")
     parser.add_argument("--seed", type=int, default=1, help="seed of the sample")
-    parser.add_argument("--timeout", type=float, default=120, help="seconds that a peer gets for a file")
-    parser.add_argument("--json", help="write the seconds to this file too")
+    parser.add_argument("--timeout", type=float, default=120, help="seconds that OpenCASCADE or step2glb may take for a file")
+    parser.add_argument("--json", help="also write the seconds to this file")
     options = parser.parse_args()
     rows = []
     for folder in options.folders:

@@ -1,17 +1,19 @@
 #!/usr/bin/env python3
-"""Does our kernel read shapes that OpenCASCADE has just modeled, as OpenCASCADE reads them?
+"""Checks whether partprobe reads STEP files of shapes that OpenCASCADE models as OpenCASCADE reads them.
 
     pip install cadquery-ocp
     modeled.py OUT [--n 12] [--seed 0] [--only FAMILY...] [--timeout 60] [--partprobe partprobe] [--again]
 
-In go a seed and a number of files for each family of `models.py`; assemblies are one more family, written with names,
-colors, layers and nested places. Each shape is written as STEP with settings of its own: schema (AP203, AP214, AP242),
-curves in parameter space or none, millimeters, inches or meters, the way in which the precision is stated, vertices, and
-shapes that are not manifold. Out come OUT/files/FAMILY/NUMBER.step, OUT/reference.jsonl and OUT/volumes.jsonl
-(OpenCASCADE's reading of them, as reference.py and volumes.py make it, but with the volumes that were modeled), and on
-standard output each disagreement and the table of `partprobe verify`. The same seed gives the same shapes; a model that
-fails, as modeling may, is tried again with the next random numbers. --again compares the files that are there, with
-another partprobe.
+Input: a seed, and the number of files for each family of shapes in `models.py`. Assemblies are another family. They have names, colors,
+layers and nested placements. Output: OUT/files/FAMILY/NUMBER.step; OUT/reference.jsonl and OUT/volumes.jsonl, in the formats of
+reference.py and volumes.py; and on stdout each disagreement and the table of `partprobe verify`. The two JSON files have what OpenCASCADE
+reads from the STEP files, but the volumes are those of the shapes before they were written.
+Exit status: that of `partprobe verify`.
+
+Each file is written with random settings: the schema (AP203, AP214, AP242), whether there are curves in parameter space, the unit
+(millimeters, inches or meters), how the precision is stated, vertices, and shapes that are not manifold. The same seed gives the same
+shapes. Modeling may fail; then the script tries again with the next random numbers. With --again, it compares the existing files, for
+example with another version of partprobe.
 """
 from __future__ import annotations
 
@@ -33,6 +35,7 @@ COLORS = ((1.0, 0.2, 0.1), (0.1, 0.6, 0.2), (0.2, 0.3, 0.9))
 
 
 def settings_of(rng):
+    """Returns random settings of OpenCASCADE's STEP writer."""
     return {
         "write.step.schema": rng.choice(SCHEMAS),
         "write.step.unit": rng.choice(UNITS),
@@ -44,7 +47,7 @@ def settings_of(rng):
 
 
 def apply(settings):
-    """Settings are global in OpenCASCADE, and each file has a process of its own."""
+    """Sets the settings of the writer. They are global in OpenCASCADE, so each file is written in its own process."""
     from OCP.Interface import Interface_Static
     from OCP.STEPControl import STEPControl_Controller
 
@@ -54,6 +57,7 @@ def apply(settings):
 
 
 def write_shape(shape, path):
+    """Writes a shape as a STEP file."""
     from OCP.STEPControl import STEPControl_AsIs, STEPControl_Writer
 
     writer = STEPControl_Writer()
@@ -62,12 +66,13 @@ def write_shape(shape, path):
 
 
 def check_written(status):
+    """Raises an error if OpenCASCADE did not write the file."""
     if "RetDone" not in str(status):
         raise ValueError("the file cannot be written")
 
 
 def placement(rng):
-    """A place for a component: turned and moved."""
+    """Returns a random location of a component: a rotation and a translation."""
     import models
     from OCP.gp import gp_Ax1, gp_Trsf, gp_Vec
     from OCP.TopLoc import TopLoc_Location
@@ -79,7 +84,7 @@ def placement(rng):
 
 
 def assembly(rng):
-    """A document of parts and assemblies of them, three levels deep at most, each part placed several times."""
+    """Returns a document with parts and assemblies. Assemblies nest up to three levels deep, and a part may occur several times."""
     import models
     from OCP.Quantity import Quantity_Color, Quantity_TOC_sRGB
     from OCP.TCollection import TCollection_ExtendedString as Text
@@ -113,6 +118,7 @@ def assembly(rng):
 
 
 def write_document(document, path):
+    """Writes a document as a STEP file."""
     from OCP.STEPCAFControl import STEPCAFControl_Writer
 
     writer = STEPCAFControl_Writer()
@@ -121,9 +127,9 @@ def write_document(document, path):
 
 
 def volume_of(solid):
-    """BRepGProp's volume, or where it leaves that of a fine mesh, as it does on long splines, the mesh's.
+    """Returns the volume of a solid: that of BRepGProp, or that of a fine mesh if the two differ.
 
-    Measured beside the origin: far from it digits are lost.
+    BRepGProp can be wrong on long splines. The volume is measured near the origin, because far from it digits are lost.
     """
     import models
 
@@ -133,7 +139,7 @@ def volume_of(solid):
 
 
 def write_model(task):
-    """Writes one file: (family, seed of its random numbers, path). Gives each solid's volume as it was modeled."""
+    """Writes one file. `task` is the family, the seed of its random numbers, and the path. Returns the volume of each modeled solid."""
     import models
     from OCP.TopoDS import TopoDS
 
@@ -152,7 +158,7 @@ def write_model(task):
 
 
 def modeled(family, number, options):
-    """The path of one file below OUT/files and its solids' volumes; None if every attempt failed."""
+    """Returns the path of one file below OUT/files and the volumes of its solids, or `None` if every attempt failed."""
     path = Path(family) / f"{number:03}.step"
     for attempt in range(ATTEMPTS):
         task = family, f"{options.seed}/{family}/{number}/{attempt}", options.out / "files" / path
@@ -163,9 +169,9 @@ def modeled(family, number, options):
 
 
 def rows_of(path, volumes, options):
-    """What OpenCASCADE reads in a file: the reference line and the line of volumes.
+    """Returns what OpenCASCADE reads from a file: the line for reference.jsonl and the line for volumes.jsonl.
 
-    Its import changes some shapes, so the volumes are those that were modeled wherever there are as many solids.
+    The import of OpenCASCADE changes some shapes. So the volumes are the modeled ones, if the number of solids is the same.
     """
     whole = options.out / "files" / path
     row, error = in_a_process(reference_row, whole, options.timeout)
@@ -177,13 +183,14 @@ def rows_of(path, volumes, options):
 
 
 def be_silent():
-    """OpenCASCADE reports what it transfers on standard output, where our table goes."""
+    """Stops OpenCASCADE from printing messages on stdout, which has the table."""
     from OCP.Message import Message, Message_Printer
 
     Message.DefaultMessenger_s().RemovePrinters(Message_Printer.get_type_descriptor_s())
 
 
 def write_files(options):
+    """Models and writes all files, with their lines of references and volumes."""
     import models
 
     be_silent()
@@ -198,10 +205,11 @@ def write_files(options):
                 for row, out in zip(rows_of(*model, options) if model else (), (reference, volumes)):
                     print(json.dumps(row, separators=(",", ":")), file=out, flush=True)
             print(f"{family} written", file=sys.stderr)
-    print(f"{n_failed} models failed in each of {ATTEMPTS} attempts", file=sys.stderr)
+    print(f"{n_failed} models failed in all {ATTEMPTS} attempts", file=sys.stderr)
 
 
 def compare(options):
+    """Runs `partprobe verify` on the files, and returns its exit status."""
     command = [options.partprobe, "verify", "--reference", options.out / "reference.jsonl", "--volumes",
                options.out / "volumes.jsonl", options.out / "files", "--list", "--jobs", "1"]
     return subprocess.run(command, check=False).returncode
@@ -210,12 +218,12 @@ def compare(options):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("out", type=Path)
-    parser.add_argument("--n", type=int, default=12, help="files of each family")
+    parser.add_argument("--n", type=int, default=12, help="number of files of each family")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--only", nargs="+", metavar="FAMILY")
-    parser.add_argument("--timeout", type=float, default=60.0, help="seconds for a model, and for each reading of it")
+    parser.add_argument("--timeout", type=float, default=60.0, help="seconds that modeling a shape, and each reading of its file, may take")
     parser.add_argument("--partprobe", default="partprobe")
-    parser.add_argument("--again", action="store_true", help="compare what is there")
+    parser.add_argument("--again", action="store_true", help="compare the files that exist, and write none")
     options = parser.parse_args()
     if not options.again:
         write_files(options)

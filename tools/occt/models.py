@@ -1,7 +1,7 @@
-"""Random shapes, by OpenCASCADE's own modeling algorithms.
+"""Makes random shapes with the modeling algorithms of OpenCASCADE.
 
-In goes a family's name and a random number generator, out comes a shape; `FAMILIES` names them. Nothing is written here
-(`modeled.py` does that). A model may fail, as modeling does: OpenCASCADE's exceptions pass through.
+`FAMILIES` maps the name of a family to its function. The function takes a random number generator and returns a shape. Nothing is
+written here; `modeled.py` writes the files. Modeling may fail, and then the exception of OpenCASCADE passes through.
 """
 from __future__ import annotations
 
@@ -80,6 +80,7 @@ from swept import (
 
 
 def booleans(rng):
+    """Returns a random boolean combination of two to five primitives."""
     shape = placed(rng, primitive(rng), 1)
     for _ in range(rng.randrange(1, 5)):
         operation = rng.choice([cut, cut, fuse, fuse, common])
@@ -88,7 +89,7 @@ def booleans(rng):
 
 
 def tangent(rng):
-    """Two that touch along a curve or in a point, exactly or by a hair."""
+    """Returns a combination of two solids that touch along a curve or in a point, either exactly or within a small distance."""
     off = rng.choice([0.0, 0.0, 1e-6, 1e-4, -1e-4, 1e-2, -1e-2])
     radius = rng.uniform(1, 3)
     tube = cylinder(radius, 8)
@@ -116,6 +117,7 @@ def tangent(rng):
 
 
 def fillets(rng):
+    """Returns a solid with fillets of one radius on some of its edges."""
     shape = base_solid(rng)
     maker = BRepFilletAPI_MakeFillet(shape)
     edges = edges_of(shape)
@@ -126,6 +128,7 @@ def fillets(rng):
 
 
 def variable_fillets(rng):
+    """Returns a solid with two fillets whose radius changes along the edge."""
     shape = base_solid(rng)
     maker = BRepFilletAPI_MakeFillet(shape)
     for edge in rng.sample(edges_of(shape), 2):
@@ -134,6 +137,7 @@ def variable_fillets(rng):
 
 
 def chamfers(rng):
+    """Returns a solid with chamfers on some of its edges."""
     shape = base_solid(rng)
     maker = BRepFilletAPI_MakeChamfer(shape)
     edges = edges_of(shape)
@@ -143,7 +147,7 @@ def chamfers(rng):
 
 
 def hollowed(rng):
-    """A shell: a solid whose faces, but one or two, are offset."""
+    """Returns a hollow solid: its walls have a thickness, and one or two of its faces are removed."""
     shape = fillets(rng) if rng.random() < 0.4 else base_solid(rng)
     opened = rng.sample(faces_of(shape), rng.choice([1, 1, 2]))
     maker = BRepOffsetAPI_MakeThickSolid()
@@ -154,6 +158,7 @@ def hollowed(rng):
 
 
 def drafts(rng):
+    """Returns a prism or cylinder with some of its side faces inclined."""
     shape = prism(face_in(polygon(ring(rng, rng.randrange(4, 7), 4))), 0, 0, 5)
     if rng.random() < 0.4:
         shape = cylinder(3, 5)
@@ -174,6 +179,7 @@ def drafts(rng):
 
 
 def offsets(rng):
+    """Returns a solid whose faces are all offset."""
     shape = rng.choice([base_solid, extruded, revolved, booleans])(rng)
     maker = BRepOffsetAPI_MakeOffsetShape()
     maker.PerformByJoin(shape, rng.choice([0.3, -0.2, 0.1]), 1e-4, BRepOffset_Mode.BRepOffset_Skin, False, False,
@@ -182,12 +188,13 @@ def offsets(rng):
 
 
 def nurbs(rng):
+    """Returns a shape whose surfaces are all converted to NURBS."""
     family = rng.choice([booleans, tangent, fillets, revolved, revolved_sections, seams, poles, apexes, extruded])
     return BRepBuilderAPI_NurbsConvert(family(rng), True).Shape()
 
 
 def divided(rng):
-    """Solids in pieces that share faces, and closed faces cut open."""
+    """Returns a shape that a plane divides into pieces with common faces, or one whose closed or large faces are divided."""
     shape = rng.choice([booleans, revolved, base_solid, tangent, free_forms])(rng)
     kind = rng.randrange(3)
     if kind == 0:
@@ -208,18 +215,20 @@ def divided(rng):
 
 
 def open_shells(rng):
+    """Returns a shell from which one to three faces of a solid are missing."""
     shape = rng.choice([booleans, fillets, lofts, seams])(rng)
     faces = faces_of(shape)
     return sewn(*rng.sample(faces, max(1, len(faces) - rng.randrange(1, 4))))
 
 
 def compounds(rng):
+    """Returns a compound of two to four shapes side by side."""
     family = [booleans, fillets, revolved, free_forms, seams, poles, open_shells]
     return compound(moved(rng.choice(family)(rng), (25.0 * i, 0, 0)) for i in range(rng.randrange(2, 5)))
 
 
 def touching_wires(rng):
-    """Faces whose bounds touch in vertices, or that touch themselves."""
+    """Returns a plate with holes whose wires touch each other, or the outer wire, in a vertex."""
     plate = box(8, 8, 2)
     kind = rng.randrange(4)
     if kind == 0:
@@ -233,7 +242,7 @@ def touching_wires(rng):
 
 
 def seams(rng):
-    """Closed faces cut along, through and across their seam."""
+    """Returns a tube, cone, torus or sphere that is cut along, through and across the seam of its closed face."""
     tube = rng.choice([lambda: cylinder(3, 10), lambda: BRepPrimAPI_MakeCone(4, 2, 8).Shape(),
                        lambda: BRepPrimAPI_MakeTorus(5, 2).Shape(), lambda: BRepPrimAPI_MakeSphere(4).Shape()])()
     for _ in range(rng.randrange(1, 4)):
@@ -253,7 +262,7 @@ def seams(rng):
 
 
 def poles(rng):
-    """Spheres trimmed over, at and beside their poles."""
+    """Returns a sphere that is trimmed over, at and near its poles."""
     kind = rng.randrange(6)
     low, high = sorted((rng.uniform(-1.5, 1.5), rng.choice([math.pi / 2, rng.uniform(-1, 1.5)])))
     if kind == 0:
@@ -272,6 +281,7 @@ def poles(rng):
 
 
 def apexes(rng):
+    """Returns a cone that ends in its apex, or one that is cut at or near it."""
     cone = BRepPrimAPI_MakeCone(rng.uniform(2, 4), 0, rng.uniform(2, 8), rng.choice([TAU, TAU, 2.0])).Shape()
     kind = rng.randrange(4)
     if kind == 0:
@@ -284,7 +294,7 @@ def apexes(rng):
 
 
 def drilled(rng):
-    """A turned body with holes all around."""
+    """Returns a body of revolution with holes all around."""
     body = rng.choice([lambda: cylinder(3, 10), lambda: BRepPrimAPI_MakeCone(4, 2, 8).Shape(), lambda: revolved(rng),
                        lambda: BRepPrimAPI_MakeTorus(5, 2).Shape(), lambda: BRepPrimAPI_MakeSphere(4).Shape(),
                        lambda: BRepPrimAPI_MakeTorus(5, 2).Shape()])()
@@ -299,7 +309,7 @@ def drilled(rng):
 
 
 def blended(rng):
-    """Fillets and chamfers between curved faces, up to faces that vanish."""
+    """Returns fillets and chamfers between curved faces, some of which consume a whole face."""
     kind = rng.randrange(5)
     if kind == 0:
         shape = fuse(cylinder(3, 10), moved(cylinder(rng.uniform(1, 2.5), 8), (4, 0, 0), Y, math.pi / 2))
@@ -322,7 +332,7 @@ def blended(rng):
 
 
 def carved(rng):
-    """Lofts, pipes and free forms, cut and joined."""
+    """Returns a loft, pipe or free form with one or two boolean combinations."""
     shape = rng.choice([lofts, ruled_lofts, pipes, springs, revolved_sections, evolved, extruded])(rng)
     if not solids_of(shape):
         raise ValueError("there is nothing to carve")
@@ -332,7 +342,7 @@ def carved(rng):
 
 
 def embossed(rng):
-    """Spline outlines pressed into a turned face or raised on it."""
+    """Returns a body of revolution with stamps of random outlines that are cut into it or added to it."""
     body = rng.choice([cylinder(4, 10), BRepPrimAPI_MakeSphere(4.5).Shape(), BRepPrimAPI_MakeCone(5, 3, 8).Shape()])
     stamp = moved(prism(face_in(section(rng, 0, rng.uniform(0.5, 1.2))), 0, 0, 3), (3, 0, 1), Y, math.pi / 2)
     for i in range(rng.randrange(1, 4)):
@@ -341,7 +351,7 @@ def embossed(rng):
 
 
 def bosses(rng):
-    """A hollow case with ribs and bosses: booleans on a shell."""
+    """Returns a hollow case with bosses and holes, made by booleans on a hollow solid."""
     case = BRepOffsetAPI_MakeThickSolid()
     block = box(10, 8, 5)
     maker = BRepFilletAPI_MakeFillet(block)
@@ -358,13 +368,14 @@ def bosses(rng):
 
 
 def top_of(face):
+    """Returns the lowest z of a face's bounding box."""
     around = Bnd_Box()
     BRepBndLib.Add_s(face, around)
     return around.CornerMin().Z()
 
 
 def conics(rng):
-    """Cones and cylinders cut askew: ellipses, parabolas, hyperbolas for edges."""
+    """Returns a cone that a tilted plane cuts, so that edges are ellipses, parabolas or hyperbolas."""
     cone = BRepPrimAPI_MakeCone(4, 0, 6).Shape()
     half = math.atan2(4, 6)
     tilt = rng.choice([0.0, half, math.pi / 2 - rng.uniform(0.1, 0.5), rng.uniform(0, 1.5)])
@@ -372,6 +383,7 @@ def conics(rng):
 
 
 def voids(rng):
+    """Returns a solid with one or two cavities."""
     outer = rng.choice([box(10, 10, 10), cylinder(6, 10), BRepPrimAPI_MakeSphere(7).Shape()])
     inner = rng.choice([box(2, 2, 2), BRepPrimAPI_MakeSphere(1.5).Shape(), BRepPrimAPI_MakeTorus(2, 0.7).Shape()])
     inner = moved(inner, (0.5, 0.3, rng.uniform(-1, 1)))
@@ -380,7 +392,7 @@ def voids(rng):
 
 
 def non_manifold(rng):
-    """Solids that touch in an edge or in a point, and pieces that share a face."""
+    """Returns solids that touch in an edge or a point, or pieces that share a face."""
     other = moved(box(4, 4, 4), rng.choice([(4, 4, 0), (4, 4, 4), (4, 1, 1)]))
     kind = rng.randrange(3)
     if kind == 0:
@@ -395,7 +407,7 @@ def non_manifold(rng):
 
 
 def unified(rng):
-    """Boolean results whose faces of one surface are joined: full faces with several bounds."""
+    """Returns a boolean result whose faces on the same surface are joined. Such faces can be closed and have several bounds."""
     shape = rng.choice([booleans, tangent, seams, divided])(rng)
     tool = ShapeUpgrade_UnifySameDomain(shape, True, True, rng.random() < 0.3)
     tool.Build()
@@ -403,7 +415,7 @@ def unified(rng):
 
 
 def stretched(rng):
-    """Scaled unevenly, so that circles become splines."""
+    """Returns a shape that is scaled unevenly, so that its circles become splines."""
     stretch = gp_GTrsf()
     for i in range(3):
         stretch.SetValue(i + 1, i + 1, rng.uniform(0.4, 2))
@@ -411,6 +423,7 @@ def stretched(rng):
 
 
 def mirrored(rng):
+    """Returns a mirrored shape."""
     mirror = gp_Trsf()
     mirror.SetMirror(gp_Ax2(gp_Pnt(1, 2, 3), direction(rng)))
     shape = rng.choice([booleans, fillets, revolved, springs, seams])(rng)
@@ -418,29 +431,34 @@ def mirrored(rng):
 
 
 def scaled(shape, factor, far=0.0):
+    """Returns a shape that is scaled, and moved by a distance."""
     transform = gp_Trsf()
     transform.SetScale(ORIGIN, factor)
     return moved(BRepBuilderAPI_Transform(shape, transform, True).Shape(), (far, -far, far / 2))
 
 
 def plain(rng):
+    """Returns a shape of a common family."""
     return rng.choice([booleans, fillets, revolved, seams, poles, lofts, extruded])(rng)
 
 
 def tiny(rng):
+    """Returns a shape that is scaled down by 1e3 to 1e5."""
     return scaled(plain(rng), rng.choice([1e-3, 1e-4, 1e-5]))
 
 
 def huge(rng):
+    """Returns a shape that is scaled up by 1e4 or 1e5."""
     return scaled(plain(rng), rng.choice([1e4, 1e5]))
 
 
 def far_away(rng):
+    """Returns a shape that is moved far from the origin."""
     return scaled(plain(rng), 1.0, rng.choice([1e4, 1e6]))
 
 
 def beside_origin(solid):
-    """The solid as it is, with its box around the origin."""
+    """Returns the solid, moved so that its bounding box starts at the origin."""
     around, move = Bnd_Box(), gp_Trsf()
     BRepBndLib.Add_s(solid, around)
     move.SetTranslation(gp_Vec(around.CornerMin(), ORIGIN))
@@ -448,6 +466,7 @@ def beside_origin(solid):
 
 
 def solids_of(shape):
+    """Returns the distinct solids of a shape."""
     return shapes_of(shape, TopAbs_SOLID)
 
 

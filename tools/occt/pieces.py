@@ -1,6 +1,6 @@
-"""Small pieces of random models: numbers and places in, OpenCASCADE's points, curves, wires and plain solids out.
+"""Builds the small pieces of random models: points, curves, wires, faces and plain solids of OpenCASCADE.
 
-`swept.py` and `models.py` put them together.
+`swept.py` and `models.py` combine these pieces.
 """
 from __future__ import annotations
 
@@ -48,21 +48,25 @@ ROUND, SHARP = GeomAbs_JoinType.GeomAbs_Arc, GeomAbs_JoinType.GeomAbs_Intersecti
 
 
 def shapes_of(shape, kind):
+    """Returns the distinct subshapes of one kind."""
     found = ShapeMap()
     TopExp.MapShapes_s(shape, kind, found)
     return [found.FindKey(i + 1) for i in range(found.Extent())]
 
 
 def faces_of(shape):
+    """Returns the distinct faces of a shape."""
     return [TopoDS.Face(face) for face in shapes_of(shape, TopAbs_FACE)]
 
 
 def edges_of(shape):
+    """Returns the distinct edges of a shape, without degenerate ones."""
     edges = [TopoDS.Edge(edge) for edge in shapes_of(shape, TopAbs_EDGE)]
     return [edge for edge in edges if not BRep_Tool.Degenerated_s(edge)]
 
 
 def listed(shapes):
+    """Returns the shapes as a list of OpenCASCADE."""
     result = List_TopoDS_Shape()
     for shape in shapes:
         result.Append(shape)
@@ -70,6 +74,7 @@ def listed(shapes):
 
 
 def array(kind, values):
+    """Returns the values as an array of OpenCASCADE of this type."""
     result = kind(1, len(values))
     for i, value in enumerate(values):
         result.SetValue(i + 1, value)
@@ -77,6 +82,7 @@ def array(kind, values):
 
 
 def grid(kind, rows):
+    """Returns the rows of values as a two-dimensional array of OpenCASCADE of this type."""
     result = kind(1, len(rows), 1, len(rows[0]))
     for i, row in enumerate(rows):
         for j, value in enumerate(row):
@@ -85,6 +91,7 @@ def grid(kind, rows):
 
 
 def compound(shapes):
+    """Returns a compound of the shapes."""
     builder, result = BRep_Builder(), TopoDS_Compound()
     builder.MakeCompound(result)
     for shape in shapes:
@@ -93,6 +100,7 @@ def compound(shapes):
 
 
 def moved(shape, vector=(0, 0, 0), axis=None, angle=0.0):
+    """Returns the shape, rotated around an axis through the origin and then translated."""
     move, turn = gp_Trsf(), gp_Trsf()
     move.SetTranslation(gp_Vec(*vector))
     if axis is not None:
@@ -101,13 +109,14 @@ def moved(shape, vector=(0, 0, 0), axis=None, angle=0.0):
 
 
 def direction(rng: Random):
+    """Returns a random direction, uniform on the sphere."""
     z, turn = rng.uniform(-1, 1), rng.uniform(0, TAU)
     across = math.sqrt(1 - z * z)
     return gp_Dir(across * math.cos(turn), across * math.sin(turn), z)
 
 
 def placed(rng: Random, shape, reach=4.0):
-    """Somewhere near; along the axes half of the time."""
+    """Returns the shape at a random location near the origin. Half of the time, its axes are parallel to the coordinate axes."""
     at = [rng.uniform(-reach, reach) for _ in range(3)]
     if rng.random() < 0.5:
         return moved(shape, [round(x) for x in at], rng.choice([X, Y, Z]), rng.randrange(4) * math.pi / 2)
@@ -115,14 +124,17 @@ def placed(rng: Random, shape, reach=4.0):
 
 
 def box(a, b, c):
+    """Returns a box with these edge lengths, centered on the origin."""
     return BRepPrimAPI_MakeBox(gp_Pnt(-a / 2, -b / 2, -c / 2), a, b, c).Shape()
 
 
 def cylinder(radius, height, angle=TAU):
+    """Returns a cylinder around the z axis, centered on the origin."""
     return moved(BRepPrimAPI_MakeCylinder(radius, height, angle).Shape(), (0, 0, -height / 2))
 
 
 def primitive(rng: Random):
+    """Returns a random box, cylinder, cone, sphere, torus or wedge."""
     size = lambda: rng.uniform(2, 8)
     kind = rng.randrange(6)
     if kind == 0:
@@ -140,6 +152,7 @@ def primitive(rng: Random):
 
 
 def combined(operation, one, other):
+    """Returns the result of a boolean operation. Raises ValueError if it is empty."""
     tool = operation(one, other)
     if not tool.IsDone() or not shapes_of(tool.Shape(), TopAbs_FACE):
         raise ValueError("the combination is empty")
@@ -159,6 +172,7 @@ def common(one, other):
 
 
 def interpolated(points, is_periodic=False):
+    """Returns a spline through the points."""
     held = HArray1_gp_Pnt(1, len(points))
     for i, point in enumerate(points):
         held.SetValue(i + 1, point)
@@ -168,10 +182,12 @@ def interpolated(points, is_periodic=False):
 
 
 def edge_of(curve):
+    """Returns an edge along a whole curve."""
     return BRepBuilderAPI_MakeEdge(curve).Edge()
 
 
 def wire_of(*edges):
+    """Returns a wire of the edges."""
     maker = BRepBuilderAPI_MakeWire()
     for edge in edges:
         maker.Add(edge)
@@ -179,6 +195,7 @@ def wire_of(*edges):
 
 
 def polygon(points):
+    """Returns a closed wire of lines through the points."""
     maker = BRepBuilderAPI_MakePolygon()
     for point in points:
         maker.Add(point)
@@ -187,17 +204,18 @@ def polygon(points):
 
 
 def ring(rng: Random, n, radius, z=0.0, spread=0.25, turn=0.0):
-    """Points around the axis, unevenly far from it."""
+    """Returns points around the z axis at random distances from it."""
     far = [radius * rng.uniform(1 - spread, 1 + spread) for _ in range(n)]
     return [gp_Pnt(r * math.cos(turn + TAU * i / n), r * math.sin(turn + TAU * i / n), z) for i, r in enumerate(far)]
 
 
 def circle(radius, z=0.0):
+    """Returns a circle around the z axis as a wire."""
     return wire_of(BRepBuilderAPI_MakeEdge(gp_Circ(gp_Ax2(gp_Pnt(0, 0, z), Z), radius)).Edge())
 
 
 def section(rng: Random, z=0.0, radius=None, n=None):
-    """A closed wire about the axis: polygon, spline, circle or ellipse."""
+    """Returns a closed wire around the z axis: a polygon, spline, circle or ellipse."""
     radius, n = radius or rng.uniform(1.5, 4), n or rng.randrange(4, 8)
     kind = rng.randrange(4)
     if kind == 0:
@@ -210,6 +228,7 @@ def section(rng: Random, z=0.0, radius=None, n=None):
 
 
 def face_in(wire, *holes):
+    """Returns the plane face inside a wire, without the holes."""
     maker = BRepBuilderAPI_MakeFace(wire, True)
     for hole in holes:
         maker.Add(TopoDS.Wire(hole.Reversed()))
@@ -217,11 +236,12 @@ def face_in(wire, *holes):
 
 
 def prism(shape, x, y, z):
+    """Returns the shape that is swept along a vector."""
     return BRepPrimAPI_MakePrism(shape, gp_Vec(x, y, z)).Shape()
 
 
 def helix(radius, pitch, turns, slope=0.0):
-    """An edge along a helix, on a cylinder or on a cone."""
+    """Returns an edge along a helix on a cylinder, or on a cone if there is a slope."""
     axes = gp_Ax3(ORIGIN, Z)
     surface = Geom_ConicalSurface(axes, slope, radius) if slope else Geom_CylindricalSurface(axes, radius)
     rise = pitch / math.cos(slope)
@@ -232,7 +252,7 @@ def helix(radius, pitch, turns, slope=0.0):
 
 
 def base_solid(rng: Random):
-    """Something plain with corners, to work on."""
+    """Returns a plain solid with edges, to which other operations are applied."""
     kind = rng.randrange(4)
     if kind == 0:
         return box(rng.uniform(4, 9), rng.uniform(4, 9), rng.uniform(4, 9))
@@ -245,7 +265,7 @@ def base_solid(rng: Random):
 
 
 def sewn(*shapes):
-    """One shell of faces; edges that lie together become one."""
+    """Returns one shell of the faces. Edges at the same position become one edge."""
     tool = BRepBuilderAPI_Sewing(1e-6)
     for shape in shapes:
         tool.Add(shape)

@@ -1,13 +1,15 @@
 #!/usr/bin/env python3
-"""Where `partprobe label --instances` puts the faces of assemblies, against OpenCASCADE's XCAF import.
+"""Compares where `partprobe label --instances` and OpenCASCADE's XCAF import place the faces of assemblies.
 
     pip install cadquery-ocp numpy
     placements.py DIR [--partprobe partprobe] [--only TEXT]
 
-Each STEP file below DIR is labeled with every occurrence, and read by STEPCAFControl_Reader. A face of one agrees with a
-face of the other if their boxes agree within 2 % of the face's own diagonal and 1e-4 of the shape's; each face is used
-once. A line of the output is the share of OpenCASCADE's faces that agree, the number of faces on both sides, and the file;
-the last line counts the files above 99.5 %.
+Input: the STEP files below DIR, or those whose name contains TEXT. partprobe labels each file with every occurrence, and
+STEPCAFControl_Reader of OpenCASCADE reads it. Output: one line per file: the fraction of OpenCASCADE's faces that agree, the numbers of
+faces of OpenCASCADE and of partprobe, and the name of the file. The last line has the number of files in which more than 99.5 % agree.
+
+Two faces agree if their bounding boxes agree within 2 % of the diagonal of the face plus 1e-4 of the diagonal of the shape. Each face is
+used at most once.
 """
 from __future__ import annotations
 
@@ -27,7 +29,7 @@ AGREES = 0.995
 
 
 def boxes_of_xcaf(path):
-    """The box of each placed face's mesh."""
+    """Returns the bounding box of the mesh of each placed face, as OpenCASCADE reads it: [face, 6]."""
     from OCP.BRep import BRep_Tool
     from OCP.BRepMesh import BRepMesh_IncrementalMesh
     from OCP.collections import Sequence_TDF_Label
@@ -67,6 +69,7 @@ def boxes_of_xcaf(path):
 
 
 def diagonal_of(shapes):
+    """Returns the diagonal of the bounding box of all shapes."""
     from OCP.Bnd import Bnd_Box
     from OCP.BRepBndLib import BRepBndLib
 
@@ -77,6 +80,7 @@ def diagonal_of(shapes):
 
 
 def boxes_of_partprobe(program, path):
+    """Returns the bounding box of the mesh of each face, as partprobe labels it: [face, 6]."""
     with tempfile.TemporaryDirectory() as folder:
         command = [program, "label", str(path), "--out", f"{folder}/d", "--instances", "--jobs", "1"]
         subprocess.run(command, check=True, capture_output=True)
@@ -91,7 +95,7 @@ def boxes_of_partprobe(program, path):
 
 
 def n_agreeing(theirs, ours):
-    """How many boxes of one list find one of their own in the other."""
+    """Returns how many boxes of OpenCASCADE have an agreeing box of partprobe. Each box of partprobe is used at most once."""
     size = np.linalg.norm(theirs[:, 3:].max(0) - theirs[:, :3].min(0))
     used = np.zeros(len(ours), bool)
     found = 0
@@ -107,11 +111,12 @@ def n_agreeing(theirs, ours):
 
 
 def compare(job):
+    """Returns the path of a file, the fraction that agrees, and the numbers of faces; `None` and the error if a program cannot read it."""
     program, path = job
     try:
         theirs, ours = boxes_of_xcaf(path), boxes_of_partprobe(program, path)
         return path, n_agreeing(theirs, ours) / len(theirs) if len(theirs) else 1.0, len(theirs), len(ours)
-    except Exception as error:  # A file that one of the two cannot read is named, and the others go on.
+    except Exception as error:  # The file is reported, and the other files are still compared.
         return path, None, str(error), 0
 
 
@@ -123,7 +128,7 @@ def main():
     args = parser.parse_args()
     files = sorted(path for path in args.folder.rglob("*") if path.suffix.lower() in SUFFIXES and args.only in path.name)
     shares = []
-    # A process for each file: what OpenCASCADE holds of one is given back before the next.
+    # Each file has its own process, because OpenCASCADE would keep the memory of earlier files.
     with multiprocessing.get_context("spawn").Pool(1, maxtasksperchild=1) as pool:
         for path, share, n_theirs, n_ours in pool.imap(compare, [(args.partprobe, path) for path in files]):
             if share is None:

@@ -1,16 +1,19 @@
 #!/usr/bin/env python3
-"""Does the same solid, written again, get the same parts?
-
-Takes STEP files, lets OpenCASCADE (`pip install cadquery-ocp numpy scipy`) write variants of each, labels all of them
-with partprobe, and counts the models whose partition is kept, up to the faces that a variant has split. Every face of a
-variant is named after the face that it came from, so nothing is matched by guess; faces of the original are matched to
-OpenCASCADE's by their order, and a model whose counts or areas disagree in that order is left out and counted.
+"""Checks whether a solid keeps its parts if another program writes it again.
 
     reauthor.py PATH... --out DIR [--n 200] [--seed 0] [--max-kb 400] [--timeout 60] [--partprobe partprobe]
-    reauthor.py --out DIR --again        labels and compares the variants that are there, with another partprobe
+    reauthor.py --out DIR --again        labels and compares the existing variants, for example with another version of partprobe
 
-Writes DIR/variants/<variant>/<number>.step, DIR/written.json (where faces came from), DIR/labeled (a data set),
-DIR/rows.jsonl (a line for each model and variant), and prints a Markdown table.
+Input: STEP files and folders. The script takes a sample of the files by a fixed seed. Output: DIR/variants/<variant>/<number>.step;
+DIR/written.json, which says where faces came from; DIR/labeled, a data set; DIR/rows.jsonl, with a line per model and variant; and a
+Markdown table on stdout.
+Needs cadquery-ocp, numpy and scipy.
+
+OpenCASCADE writes variants of each file. partprobe labels all of them. The table has the fraction of the models whose partition is the
+same in the variant, where a face that the variant has split counts as one face.
+
+Every face of a variant is named after the face that it came from, so no face is matched by a guess. The faces of the original are matched
+to those of OpenCASCADE by their order. If their numbers or areas do not fit in this order, the model is left out and counted.
 """
 from __future__ import annotations
 
@@ -31,7 +34,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 THETA = 8.0 + 1e-6
-# Planes to tori; whatever has a higher code is free-form.
+# Lower codes are planes to tori. This code and all higher ones are free-form surfaces.
 FREE_FORM = 5
 
 VARIANTS = {
@@ -52,6 +55,7 @@ VARIANTS = {
 
 
 def faces_of(shape):
+    """Returns the distinct faces of a shape."""
     from OCP.collections import IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher as ShapeMap
     from OCP.TopAbs import TopAbs_FACE
     from OCP.TopExp import TopExp
@@ -62,6 +66,7 @@ def faces_of(shape):
 
 
 def area_of(face):
+    """Returns the area of a face."""
     from OCP.BRepGProp import BRepGProp
     from OCP.GProp import GProp_GProps
 
@@ -71,6 +76,7 @@ def area_of(face):
 
 
 def read_step(path):
+    """Returns the shape of a STEP file. Raises ValueError if OpenCASCADE cannot read it."""
     from OCP.STEPControl import STEPControl_Reader
 
     reader = STEPControl_Reader()
@@ -81,7 +87,7 @@ def read_step(path):
 
 
 def write_step(shape, faces, path, schema="AP214IS", unit="MM"):
-    """Writes a shape; `faces` are (face of the shape, index of the face that it came from)."""
+    """Writes a shape. `faces` has pairs: a face of the shape, and the index of the face that it came from. The index becomes its name."""
     from OCP.Interface import Interface_Static
     from OCP.STEPConstruct import STEPConstruct
     from OCP.STEPControl import STEPControl_AsIs, STEPControl_Writer
@@ -102,7 +108,7 @@ def write_step(shape, faces, path, schema="AP214IS", unit="MM"):
 
 
 def divided(tool, faces):
-    """The result of a ShapeUpgrade tool, and where its faces came from."""
+    """Returns the result of a ShapeUpgrade tool, and the origin of its faces."""
     tool.Perform()
     context = tool.GetContext()
     origin = [(piece, i) for i, face in enumerate(faces) for piece in faces_of(context.Apply(face))]
@@ -110,7 +116,7 @@ def divided(tool, faces):
 
 
 def in_order(shape, faces):
-    """Conversions keep the order of faces; there is nothing else to match by."""
+    """Returns a converted shape and the origin of its faces. Conversions keep the order of the faces, and nothing else identifies them."""
     converted = faces_of(shape)
     if len(converted) != len(faces):
         raise ValueError("the conversion changed the number of faces")
@@ -118,7 +124,7 @@ def in_order(shape, faces):
 
 
 def make_variant(name, shape, faces):
-    """(shape, origin of its faces, settings of the writer)"""
+    """Returns a variant: its shape, the origin of its faces, and the settings of the writer."""
     from OCP.BRepBuilderAPI import BRepBuilderAPI_NurbsConvert
     from OCP.ShapeCustom import ShapeCustom
     from OCP.ShapeUpgrade import (
@@ -156,18 +162,19 @@ def make_variant(name, shape, faces):
 
 
 def statements(data):
-    """The instances of a DATA section; `;` inside quotes ends none."""
+    """Returns the instances of a DATA section. A `;` inside quotes does not end an instance."""
     pieces = re.findall(r"(?:[^';]|'[^']*')*;", data)
     return [piece.strip() for piece in pieces]
 
 
 def outside_quotes(pattern, replace, text):
+    """Replaces a pattern in the text, except inside quotes."""
     parts = re.split(r"('[^']*')", text)
     return "".join(part if part.startswith("'") else re.sub(pattern, replace, part) for part in parts)
 
 
 def shuffled(text, rng):
-    """The file with its instances in another order under other numbers, and {new number: old number}."""
+    """Returns the file with its instances in another order under other numbers, and {new number: old number}."""
     text = outside_quotes(r"(?s)/\*.*?\*/", "", text)
     head, data, tail = re.match(r"(?s)(.*?DATA\s*;)(.*?)(ENDSEC\s*;\s*END-ISO.*)", text).groups()
     instances = statements(data)
@@ -189,8 +196,8 @@ def shuffled(text, rng):
 
 
 def author(path, number, out, seed, report):
-    """Writes every variant of one file; runs in a process of its own, which may die."""
-    # OpenCASCADE writes to stdout as it likes.
+    """Writes every variant of one file. It runs in its own process, which may crash."""
+    # OpenCASCADE prints messages on stdout, which has the table.
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
     failed = {}
     text = Path(path).read_bytes().decode("latin-1")
@@ -198,7 +205,7 @@ def author(path, number, out, seed, report):
     try:
         rewritten, origin = shuffled(text, random.Random(f"{seed} {number}"))
         (out / "shuffled" / f"{number}.step").write_text(rewritten, encoding="latin-1")
-    except Exception as error:  # noqa: BLE001 - any failure is a line of the table
+    except Exception as error:  # noqa: BLE001 - the table counts every failure
         failed["shuffled"], origin = str(error), {}
     shape = read_step(path)
     faces = faces_of(shape)
@@ -215,6 +222,7 @@ def author(path, number, out, seed, report):
 
 
 def author_with_timeout(path, number, out, seed, timeout):
+    """Writes every variant of one file in a process. Returns its report, or `None` if it crashes or takes too long."""
     receiver, sender = multiprocessing.Pipe(duplex=False)
     process = multiprocessing.Process(target=author, args=(path, number, out, seed, sender))
     process.start()
@@ -234,7 +242,7 @@ def author_with_timeout(path, number, out, seed, timeout):
 
 
 def partition(carrier, types):
-    """The parts of the faces under these types."""
+    """Returns the part of each face, if the faces have these types."""
     n = len(types)
     pairs, phi = carrier["edge_faces"], carrier["edge_phi"]
     joins = (types[pairs[:, 0]] == types[pairs[:, 1]]) & (phi <= THETA) if len(pairs) else np.zeros(0, bool)
@@ -250,7 +258,7 @@ TYPE_RULES = {
 
 
 def verdict(before, after):
-    """Compares two labelings of the same faces."""
+    """Compares two labelings of the same faces. Returns `kept`, `finer`, `coarser` or `other`."""
     pairs = len(set(zip(before.tolist(), after.tolist())))
     n_before, n_after = len(set(before.tolist())), len(set(after.tolist()))
     if pairs == n_before == n_after:
@@ -261,7 +269,7 @@ def verdict(before, after):
 
 
 def origins(carrier, name, authored, original):
-    """For each face of a variant the index of the original's face."""
+    """Returns, for each face of a variant, the index of the original's face."""
     if name == "shuffled":
         index = {int(step): i for i, step in enumerate(original["face_step_id"])}
         return np.array([index[int(authored["origin"][str(int(step))])] for step in carrier["face_step_id"]])
@@ -269,7 +277,7 @@ def origins(carrier, name, authored, original):
 
 
 def compare(original, carrier, name, authored):
-    """One row for each rule of types; a face that is missing is a verdict of its own."""
+    """Returns the verdict for each rule of types, or `faces lost` if a face is missing."""
     try:
         origin = origins(carrier, name, authored, original)
     except (KeyError, ValueError):
@@ -283,7 +291,10 @@ def compare(original, carrier, name, authored):
 
 
 def is_mapped(original, areas):
-    """OpenCASCADE's faces are ours, in our order: as many, and all but a few in a hundred have the same area."""
+    """Returns whether the faces of OpenCASCADE are those of partprobe in the same order.
+
+    Their number must be the same, and at least 95 % of them must have the same area within 2 %.
+    """
     ours = original["face_area"]
     if len(ours) != len(areas):
         return False
@@ -294,6 +305,7 @@ def is_mapped(original, areas):
 
 
 def chosen_files(paths, n, seed, max_kb):
+    """Returns up to `n` STEP files that are not larger than `max_kb`, in an order that depends on the seed and their names."""
     files = []
     for path in map(Path, paths):
         found = sorted(path.rglob("*")) if path.is_dir() else [path]
@@ -303,6 +315,7 @@ def chosen_files(paths, n, seed, max_kb):
 
 
 def table(rows, unmapped, n_files):
+    """Returns the summary and the table as Markdown."""
     lines = [
         f"{n_files} files; {unmapped} were left out: OpenCASCADE cannot read them, or does not see the same faces.",
         "",
@@ -323,10 +336,11 @@ def table(rows, unmapped, n_files):
 
 
 def write_variants(args, variants, record):
+    """Writes the variants of all chosen files, and the record of where their faces came from."""
     for name in ["original", *VARIANTS]:
         (variants / name).mkdir(parents=True, exist_ok=True)
     files = chosen_files(args.paths, args.n, args.seed, args.max_kb)
-    # Loading OpenCASCADE takes longer than most files; processes forked after it have it.
+    # Loading OpenCASCADE takes longer than most files. Processes that are forked afterward inherit it.
     from OCP import BRepBuilderAPI, BRepGProp, ShapeCustom, ShapeUpgrade, STEPConstruct, STEPControl  # noqa: F401
 
     authored = {}
@@ -350,7 +364,7 @@ def main():
     parser.add_argument("--again", action="store_true")
     args = parser.parse_args()
     if shutil.which(args.partprobe) is None:
-        sys.exit(f"{args.partprobe} is not a program; give its path with --partprobe")
+        sys.exit(f"{args.partprobe} is not a program; give the path of partprobe with --partprobe")
     variants, record = args.out / "variants", args.out / "written.json"
     if args.again:
         shutil.rmtree(args.out / "labeled", ignore_errors=True)

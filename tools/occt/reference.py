@@ -1,14 +1,19 @@
 #!/usr/bin/env python3
-"""The reference lines of `partprobe verify`, from OpenCASCADE (`pip install cadquery-ocp`).
+"""Writes the reference lines for `partprobe verify`, from OpenCASCADE (`pip install cadquery-ocp`).
 
     reference.py DIR --out reference.jsonl [--only LIST.txt] [--timeout 60]
 
-In go STEP files below DIR, out comes one JSON object a file: its path, `status`, `faces` as `[# number, occurrence, type,
-part, shell, area, mesh area]` and `edges` as `[face, face, angle in degrees or null, null]`, in millimeters. Faces, types,
-angles and parts are those of an import with all of OpenCASCADE's repairs off, so that they are the file's; areas are
-those of its default import, because without the repairs surfaces may lack their boundaries. Two faces of a type are one
-part if they meet at 8 degrees or less in the middle of an edge. A file that crashes or never ends has the reason as its
-status.
+Input: the STEP files below DIR, or those that LIST.txt names.
+Output: one JSON object per file, in millimeters:
+
+- `file`: the path of the file below DIR.
+- `status`: `ok`, or the reason why there are no faces, for example that OpenCASCADE crashed or took too long.
+- `faces`: `[# number, occurrence, type, part, shell, area, mesh area]` for each face.
+- `edges`: `[face, face, angle in degrees or null, null]` for each pair of faces with a common edge.
+
+Faces, types, angles and parts come from an import with all of OpenCASCADE's repairs off, so that they are those of the file. Areas come
+from its default import, because surfaces may lack their boundaries without the repairs. Two faces of one type are in the same part if
+they meet at 8 degrees or less in the middle of an edge.
 """
 from __future__ import annotations
 
@@ -23,9 +28,9 @@ from volumes import SUFFIXES, in_a_process, numbers
 THETA = 8.0 + 1e-6
 CHORD, ANGLE = 0.002, 0.3
 TYPES = "plane cylinder cone sphere torus bezier bspline revolution extrusion offset other".split()
-# Parts of an edge at which normals are asked for, in this order, until both faces have one.
+# Positions on an edge, as fractions of its length in parameters. They are tried in this order until both faces have a normal.
 PLACES = (0.5, 0.375, 0.625, 0.25, 0.75, 0.125, 0.875)
-# What OpenCASCADE's import repairs; each has a switch of its own.
+# The repairs of OpenCASCADE's import. Each of them has its own switch.
 REPAIRS = """
 FreeShell FreeFace FreeWire SameParameter Solid ShellOrientation CreateOpenSolid Shell FaceOrientation Face Wire
 Orientation AddNaturalBound MissingSeam SmallAreaWire RemoveSmallAreaFace IntersectingWires LoopWires SplitFace
@@ -37,7 +42,7 @@ NonAdjacentIntersectingEdges VertexPosition VertexTolerance
 
 
 def read(path, is_repaired):
-    """What the reader made of a file, and the reader, which knows where shapes came from."""
+    """Returns the shape of a file, or `None` if there is none, and the reader, which knows the entity of each shape."""
     from OCP.collections import DataMap_TCollection_AsciiString_TCollection_AsciiString as Parameters
     from OCP.STEPControl import STEPControl_Reader
     from OCP.TCollection import TCollection_AsciiString as Text
@@ -57,10 +62,12 @@ def read(path, is_repaired):
 
 
 def is_face(keyword):
+    """Returns whether a STEP keyword may be that of a face. A complex instance has an empty keyword."""
     return keyword == b"" or keyword.endswith((b"FACE", b"SURFACE"))
 
 
 def shapes_of(shape, kind):
+    """Returns the distinct subshapes of one kind: as an indexed map, and as a list."""
     from OCP.collections import IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher as ShapeMap
     from OCP.TopExp import TopExp
 
@@ -70,6 +77,7 @@ def shapes_of(shape, kind):
 
 
 def below(shape, kind):
+    """Yields every occurrence of a kind of subshape."""
     from OCP.TopExp import TopExp_Explorer
 
     explorer = TopExp_Explorer(shape, kind)
@@ -79,7 +87,7 @@ def below(shape, kind):
 
 
 class Side:
-    """A face, and its outward normal at its edges."""
+    """A face, and its outward normals along its edges."""
 
     def __init__(self, shape):
         from OCP.BRepAdaptor import BRepAdaptor_Surface
@@ -92,7 +100,10 @@ class Side:
         self.sign = -1.0 if shape.Orientation() == TopAbs_REVERSED else 1.0
 
     def parameters(self, edge, place):
-        """Where a place of an edge lies on the surface: by the edge's own curve there, or by the nearest point."""
+        """Returns the surface parameters of a position on an edge.
+
+        They come from the edge's curve in the parameter plane of the face, or, without such a curve, from the nearest point of the surface.
+        """
         from OCP.BRep import BRep_Tool
         from OCP.BRepAdaptor import BRepAdaptor_Curve
         from OCP.ShapeAnalysis import ShapeAnalysis_Surface
@@ -107,6 +118,7 @@ class Side:
         return ShapeAnalysis_Surface(BRep_Tool.Surface_s(self.face)).ValueOfUV(point, 1e-7)
 
     def normal(self, edge, place):
+        """Returns the outward unit normal at a position on an edge, or `None` where the surface is degenerate."""
         from OCP.gp import gp_Pnt, gp_Vec
 
         at, point, along_u, along_v = self.parameters(edge, place), gp_Pnt(), gp_Vec(), gp_Vec()
@@ -118,7 +130,7 @@ class Side:
 
 
 def angle_between(one, other, edges):
-    """Degrees between two faces at the first place of their edge where both have a normal."""
+    """Returns the angle between two faces in degrees, at the first position on their edge where both have a normal."""
     for place in PLACES:
         a, b = one.normal(edges[0], place), other.normal(edges[1], place)
         if a is not None and b is not None:
@@ -127,7 +139,10 @@ def angle_between(one, other, edges):
 
 
 def uses_of_edges(faces):
-    """For each edge the faces that use it, in order, each with the edge as it stands there; degenerate ones left out."""
+    """Returns, for each edge, the faces that use it, in order, each with the edge as the face uses it.
+
+    Degenerate edges are left out.
+    """
     from OCP.BRep import BRep_Tool
     from OCP.collections import IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher as ShapeMap
     from OCP.TopAbs import TopAbs_EDGE
@@ -147,6 +162,7 @@ def uses_of_edges(faces):
 
 
 def edges_between(sides, faces):
+    """Returns the rows of `edges`: one for each pair of faces with a common edge."""
     rows = []
     for use in uses_of_edges(faces):
         among = sorted(use)
@@ -157,7 +173,7 @@ def edges_between(sides, faces):
 
 
 def parts(types, edges):
-    """The part of each face, numbered in the order of its first face."""
+    """Returns the part of each face. Parts are numbered in the order of their first faces."""
     root = list(range(len(types)))
 
     def find(i):
@@ -174,7 +190,7 @@ def parts(types, edges):
 
 
 def areas(path):
-    """Area and mesh area of the faces of the repaired import, by # number."""
+    """Returns the area and the mesh area of each face of the repaired import, by # number."""
     from OCP.Bnd import Bnd_Box
     from OCP.BRepBndLib import BRepBndLib
     from OCP.BRepGProp import BRepGProp
@@ -199,13 +215,14 @@ def areas(path):
 
 
 def bare_number(number_of, face):
-    """Faces are found where the product has them, or without the product's place."""
+    """Returns the # number of a face. OpenCASCADE knows the face either without or with the placement of its product."""
     from OCP.TopLoc import TopLoc_Location
 
     return number_of(face.Located(TopLoc_Location())) or number_of(face)
 
 
 def mesh_area(face):
+    """Returns the area of the mesh of a face, or 0 if the face has no mesh."""
     from OCP.BRep import BRep_Tool
     from OCP.gp import gp_Vec
     from OCP.TopLoc import TopLoc_Location
@@ -222,7 +239,7 @@ def mesh_area(face):
 
 
 def reference_row(path):
-    """The line of one file, without its path."""
+    """Returns the reference line of one file, without its path."""
     from OCP.TopAbs import TopAbs_FACE, TopAbs_SHELL
 
     shape, reader = read(path, is_repaired=False)
@@ -248,6 +265,7 @@ def reference_row(path):
 
 
 def line_of(path, dir, timeout):
+    """Returns the reference line of one file as JSON."""
     row, error = in_a_process(reference_row, dir / path, timeout)
     return json.dumps({"file": str(path), **(row or {"status": error})}, separators=(",", ":"))
 
@@ -256,8 +274,8 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("dir", type=Path)
     parser.add_argument("--out", type=Path, required=True)
-    parser.add_argument("--only", type=Path, help="a list of paths below DIR; others are left out")
-    parser.add_argument("--timeout", type=float, default=60.0, help="seconds for a file")
+    parser.add_argument("--only", type=Path, help="file with paths below DIR, one per line; other files are left out")
+    parser.add_argument("--timeout", type=float, default=60.0, help="seconds that OpenCASCADE may take for a file")
     options = parser.parse_args()
     paths = sorted(path.relative_to(options.dir) for path in options.dir.rglob("*") if path.suffix.lower() in SUFFIXES)
     if options.only:

@@ -1,9 +1,9 @@
-"""A large STEP file out of a small one: its data section again and again, with new `#` numbers.
+"""Makes a large STEP file from a small one, by repeating its data section with new `#` numbers.
 
     python tools/occt/repeat_step.py FILE.step OUT.step --megabytes 100
-    /usr/bin/time -v partprobe label OUT.step --out DIR      # "Maximum resident set size" is the worker's
+    /usr/bin/time -v partprobe label OUT.step --out DIR      # "Maximum resident set size" is that of the worker
 
-Every copy stands in the same place: what is measured is memory, and the reader shares nothing between copies.
+All copies are at the same position. This does not matter for a measurement of memory, because the reader shares nothing between copies.
 """
 
 import argparse
@@ -11,7 +11,7 @@ import re
 
 
 def shifted(data, offset):
-    """The text with every reference moved; what stands between quotes is left alone."""
+    """Returns the text with an offset added to every `#` number, except inside quotes."""
     pieces = data.split("'")
     pieces[::2] = [re.sub(r"#(\d+)", lambda match: f"#{int(match[1]) + offset}", piece) for piece in pieces[::2]]
     return "'".join(pieces)

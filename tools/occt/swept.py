@@ -1,4 +1,6 @@
-"""Random shapes that are swept, turned, lofted or free: a random number generator in, a shape out.
+"""Makes random shapes by sweeping, revolving and lofting, and random free-form shapes.
+
+Each function takes a random number generator and returns a shape.
 """
 from __future__ import annotations
 
@@ -64,13 +66,14 @@ from pieces import (
 
 
 def lofts(rng, is_ruled=False):
+    """Returns a loft through two to four sections, which may end in a vertex."""
     maker = BRepOffsetAPI_ThruSections(rng.random() < 0.85, is_ruled)
     n, same = rng.randrange(3, 7), rng.random() < 0.6
     seed = rng.random()
     if rng.random() < 0.25:
         maker.AddVertex(BRepBuilderAPI_MakeVertex(gp_Pnt(0, 0, -3)).Vertex())
     for i in range(rng.randrange(2, 5)):
-        # The same kind of section each time, or any.
+        # The sections have the same kind, or each has a random kind.
         maker.AddWire(section(Random(seed) if same else rng, 3.0 * i, rng.uniform(1.5, 4), n))
     if rng.random() < 0.25:
         maker.AddVertex(BRepBuilderAPI_MakeVertex(gp_Pnt(0.5, 0, 16)).Vertex())
@@ -78,11 +81,12 @@ def lofts(rng, is_ruled=False):
 
 
 def ruled_lofts(rng):
+    """Returns a loft with ruled surfaces."""
     return lofts(rng, is_ruled=True)
 
 
 def pipes(rng):
-    """A section along a spline, or along lines and arcs."""
+    """Returns a section that is swept along a spline, or along lines and an arc."""
     if rng.random() < 0.5:
         points = [gp_Pnt(rng.uniform(-3, 3), rng.uniform(-3, 3), 6.0 * i) for i in range(rng.randrange(3, 6))]
         spine = wire_of(edge_of(interpolated([ORIGIN, gp_Pnt(0, 0, 3), *points[1:]])))
@@ -104,6 +108,7 @@ def pipes(rng):
 
 
 def springs(rng):
+    """Returns a section that is swept along a helix."""
     radius, thick = rng.uniform(2, 5), rng.uniform(0.2, 0.5)
     slope = rng.choice([0.0, 0.0, 0.2])
     maker = BRepOffsetAPI_MakePipeShell(wire_of(helix(radius, rng.uniform(3 * thick, 4), rng.uniform(0.6, 5), slope)))
@@ -117,7 +122,7 @@ def springs(rng):
 
 
 def threads(rng):
-    """A rod with a helical groove or ridge on it."""
+    """Returns a rod with a helical groove or ridge."""
     radius, pitch, turns = 4.0, rng.uniform(0.8, 1.5), rng.uniform(1.5, 4)
     deep = 0.3 * pitch
     out = rng.choice([1, -1])
@@ -132,7 +137,7 @@ def threads(rng):
 
 
 def revolved(rng):
-    """A profile beside or on the axis, turned in full or in part."""
+    """Returns a profile on or near the axis that is revolved fully or partly."""
     on_axis, n = rng.random() < 0.5, rng.randrange(4, 7)
     heights = [6.0 * i / (n - 1) for i in range(n)]
     radii = [rng.uniform(1.5, 4) for _ in heights]
@@ -150,7 +155,7 @@ def revolved(rng):
 
 
 def revolved_sections(rng):
-    """A closed section beside, touching or crossing the axis: tori and their kin."""
+    """Returns a closed section that is revolved. The section is beside the axis, touches it, or crosses it, as for tori."""
     radius = rng.uniform(0.5, 2)
     far = rng.choice([radius + rng.uniform(0.2, 4), radius, radius * rng.uniform(0.2, 0.9)])
     if far >= radius * 0.999 and rng.random() < 0.6:
@@ -159,7 +164,7 @@ def revolved_sections(rng):
                 else wire_of(edge_of(interpolated(ring(rng, 6, radius * 0.8, spread=0.2), True))))
         section_face = moved(moved(face_in(flat), axis=X, angle=math.pi / 2), (far, 0, 0))
     else:
-        # The part of a disc on one side of the axis, outside or inside: an apple or a lemon.
+        # The outer or inner piece of a disc that the axis divides. It gives the outer or inner surface of a self-intersecting torus.
         disc = moved(moved(face_in(circle(radius)), axis=X, angle=math.pi / 2), (far, 0, 0))
         side = rng.choice([moved(box(20, 1, 20), (10, 0, 0)), moved(box(20, 1, 20), (-10, 0, 0))])
         section_face = common(disc, side)
@@ -167,6 +172,7 @@ def revolved_sections(rng):
 
 
 def extruded(rng):
+    """Returns an extruded section, with or without a hole, or an extruded curve."""
     outer = section(rng, 0, 4)
     holes = [section(rng, 0, 0.9)] if rng.random() < 0.6 else []
     if rng.random() < 0.3:
@@ -176,7 +182,7 @@ def extruded(rng):
 
 
 def ruled(rng):
-    """A surface between two curves: open, or between closed wires."""
+    """Returns a ruled surface between two open curves, or between two closed wires."""
     if rng.random() < 0.5:
         points = lambda z: [gp_Pnt(2.0 * i, rng.uniform(-2, 2), z + rng.uniform(-1, 1)) for i in range(4)]
         return BRepFill.Face_s(*(edge_of(interpolated(points(z))) for z in (0, 5)))
@@ -185,22 +191,24 @@ def ruled(rng):
 
 
 def wavy(rng, n=5, m=5):
+    """Returns a grid of points with random heights."""
     return [[gp_Pnt(2.0 * i, 2.0 * j, rng.uniform(-1, 1)) for j in range(m)] for i in range(n)]
 
 
 def wavy_surface(rng):
+    """Returns a B-spline surface through a grid of points with random heights."""
     return GeomAPI_PointsToBSplineSurface(grid(Array2_gp_Pnt, wavy(rng)), 3, 8, GeomAbs_C2, 1e-3).Surface()
 
 
 def bulgy(rng, n, m, radius=5.0):
-    """Poles of a closed band about the axis."""
+    """Returns the control points of a closed band around the axis."""
     around = lambda i, j: (radius * rng.uniform(0.8, 1.2), TAU * i / n, 2.0 * j)
     polar = [[around(i, j) for j in range(m)] for i in range(n)]
     return [[gp_Pnt(r * math.cos(t), r * math.sin(t), z) for r, t, z in row] for row in polar]
 
 
 def free_forms(rng):
-    """Faces on Bezier and B-spline surfaces, rational and periodic ones, trimmed or whole."""
+    """Returns a face or solid with a Bezier, B-spline or offset surface: rational or periodic, trimmed or whole."""
     kind = rng.randrange(5)
     weights = lambda n, m: grid(Array2_double, [[rng.uniform(0.5, 2) for _ in range(m)] for _ in range(n)])
     if kind == 0:
@@ -238,7 +246,7 @@ def free_forms(rng):
 
 
 def swept_surfaces(rng):
-    """Surfaces of extrusion and of revolution about splines and conics, also closed, oblique, and offset."""
+    """Returns a face on a surface of extrusion or of revolution along a spline: also closed, oblique and offset ones."""
     closed = rng.random() < 0.5
     points = ring(rng, 6, 3) if closed else [gp_Pnt(2.0 * i, rng.uniform(-1, 1), 0) for i in range(5)]
     spline = interpolated(points, closed)
@@ -256,7 +264,7 @@ def swept_surfaces(rng):
 
 
 def gears(rng):
-    """Many flanks, a bore, a keyway; straight or helical."""
+    """Returns a gear with many flanks, a bore and a keyway."""
     n, points = rng.randrange(8, 20), []
     for i in range(n):
         for part, reach in ((0.0, 4.0), (0.25, 4.1), (0.35, 5.0), (0.65, 5.0), (0.75, 4.1)):
@@ -269,6 +277,7 @@ def gears(rng):
 
 
 def evolved(rng):
+    """Returns a profile that is swept along a polygon."""
     spine = polygon(ring(rng, 4, 6, spread=0.1))
     profile = wire_of(BRepBuilderAPI_MakeEdge(ORIGIN, gp_Pnt(0.8, 0.0, 0.5)).Edge(),
                       BRepBuilderAPI_MakeEdge(gp_Pnt(0.8, 0.0, 0.5), gp_Pnt(0.8, 0, 2)).Edge())

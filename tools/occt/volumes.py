@@ -1,24 +1,26 @@
 #!/usr/bin/env python3
-"""The exact volume of every solid of STEP files by OpenCASCADE: what `partprobe verify --volumes` compares with.
+"""Measures the exact volume of every solid of STEP files with OpenCASCADE. `partprobe verify --volumes` compares with these volumes.
 
     pip install cadquery-ocp
-    volumes.py DIR --out volumes.jsonl [--only LIST.txt] [--timeout 60]      a line for each file below DIR
-    volumes.py DIR --look LIST.txt [--partprobe partprobe]                   both of OpenCASCADE's volumes beside ours
-    volumes.py DIR --meshes REF.jsonl --volumes volumes.jsonl --partprobe partprobe     what both kernels' meshes enclose
+    volumes.py DIR --out volumes.jsonl [--only LIST.txt] [--timeout 60]
+    volumes.py DIR --look LIST.txt [--partprobe partprobe]
+    volumes.py DIR --meshes REF.jsonl --volumes volumes.jsonl --partprobe partprobe
 
-The import is the default one, with healing. A line of volumes.jsonl is {"file", "solids": [[# of the solid, whether all
-its shells are closed, volume in cubic millimeters, whether BRepCheck_Analyzer calls it valid]]}, a solid that stands in
-several places once; {"file", "error"} where OpenCASCADE fails or takes too long. The volume is that of
-BRepGProp::VolumeProperties, a Gauss quadrature of the true surfaces: of its adaptive form at 1e-6 wherever the fixed one differs
-from the adaptive one by more than 0.1 %. Each file is read in a process of its own. With --out
-a file that has a line already is not read again.
+Each file is read in its own process, by the default import with healing.
 
---look reads the files that LIST.txt names (paths below DIR) and prints for each solid what BRepGProp says by its fixed
-quadrature, what its adaptive form says at 1e-6, what OpenCASCADE's own mesh encloses at 2e-4 of the diagonal and 0.1 rad, how many faces that
-mesh lacks, and with --partprobe what we say.
+--out writes one line per file below DIR. A file that already has a line is not read again. A line is {"file", "solids"}, and a solid is
+[# number, whether all its shells are closed, volume in cubic millimeters, whether BRepCheck_Analyzer calls it valid]. A solid that occurs
+several times has one entry. The line is {"file", "error"} if OpenCASCADE fails or takes too long. The volume is that of
+BRepGProp::VolumeProperties, a Gauss quadrature of the true surfaces. If its fixed form and its adaptive form differ by more than 0.1 %, the
+volume is that of the adaptive form at 1e-6.
 
---meshes takes the files of a single closed solid, and counts those whose mesh encloses the exact volume within 1 %:
-OpenCASCADE's, which is the "volume" of a reference line for `partprobe verify`, and ours. Both files may be .zst.
+--look reads the files that LIST.txt names (paths below DIR). For each solid it prints the volumes by the fixed form and by the adaptive
+form at 1e-6; the volume of OpenCASCADE's mesh at 2e-4 of the diagonal and 0.1 rad; the number of faces without a mesh; and with
+--partprobe the volume that partprobe measures.
+
+--meshes takes the files with a single closed solid. For OpenCASCADE and for partprobe, it counts the files whose mesh encloses the exact
+volume within 1 %. The volume of OpenCASCADE's mesh is the "volume" of a reference line for `partprobe verify`. Both input files may be
+.zst.
 """
 from __future__ import annotations
 
@@ -32,13 +34,13 @@ from pathlib import Path
 
 SUFFIXES = {".step", ".stp", ".p21"}
 CHORD, ANGLE = 2e-4, 0.1
-# The fixed quadrature is wrong by up to a third on faces with long or uneven splines. The adaptive one is right and may take
-# minutes for a solid at 1e-6, so that it is asked so exactly only where the two differ by more than 1e-3.
+# The fixed form is wrong by up to a third on faces with long or uneven splines. The adaptive form is right, but may take minutes
+# for a solid at 1e-6. So it runs with this accuracy only if the two forms differ by more than 1e-3.
 ROUGH, EXACTNESS = 1e-3, 1e-6
 
 
 def solids_of(path):
-    """Each distinct solid of a file with its # number."""
+    """Returns each distinct solid of a file with its # number."""
     from OCP.TopAbs import TopAbs_SOLID
     from OCP.TopoDS import TopoDS
 
@@ -46,7 +48,7 @@ def solids_of(path):
 
 
 def distinct_shapes(path, kind, is_wanted):
-    """Each distinct shape of one kind with its # number, null where OpenCASCADE does not know it any more."""
+    """Returns each distinct shape of one kind with its # number, which is `None` if OpenCASCADE no longer knows it."""
     from OCP.collections import IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher as ShapeMap
     from OCP.STEPControl import STEPControl_Reader
     from OCP.TopAbs import TopAbs_FORWARD
@@ -68,14 +70,17 @@ def distinct_shapes(path, kind, is_wanted):
 
 
 def numbers(path, reader, is_wanted):
-    """A function from a shape to its # number: entities are known by their rank among the file's records."""
+    """Returns a function from a shape to its # number.
+
+    OpenCASCADE numbers entities by their order among the records of the file, so the function reads the # numbers from the text.
+    """
     text = Path(path).read_bytes().split(b"DATA;", 1)[-1]
     record = re.compile(rb"(?:^|;)\s*(?:/\*.*?\*/\s*)*#(\d+)\s*=\s*([A-Z_0-9]*)", re.S)
     records = [(int(number), keyword) for number, keyword in record.findall(text)]
     model = reader.StepModel()
     if model.NbEntities() != len(records):
         return lambda _: None
-    # Entities are kept alive: it is by identity that one is found again.
+    # The list keeps the entities alive, because they are found by their identity.
     ranked = [(model.Value(i + 1), number) for i, (number, word) in enumerate(records) if is_wanted(word)]
     number_of = {id(entity): number for entity, number in ranked}
     transfer = reader.WS().TransferReader()
@@ -88,10 +93,12 @@ def numbers(path, reader, is_wanted):
 
 
 def is_solid(keyword):
+    """Returns whether a STEP keyword may be that of a solid. A complex instance has an empty keyword."""
     return keyword == b"" or b"BREP" in keyword or b"SOLID" in keyword
 
 
 def is_closed(solid):
+    """Returns whether all shells of a solid are closed."""
     from OCP.BRep import BRep_Tool
     from OCP.TopAbs import TopAbs_SHELL
     from OCP.TopExp import TopExp_Explorer
@@ -105,7 +112,7 @@ def is_closed(solid):
 
 
 def quadrature(solid, exactness=None):
-    """BRepGProp's volume: by the fixed quadrature, or by the adaptive one to a part of it."""
+    """Returns the volume by BRepGProp: by the fixed form, or by the adaptive form to the relative accuracy `exactness`."""
     from OCP.BRepGProp import BRepGProp
     from OCP.GProp import GProp_GProps
 
@@ -118,13 +125,13 @@ def quadrature(solid, exactness=None):
 
 
 def exact_volume(solid):
-    """The fixed quadrature's volume where a rough adaptive one confirms it, and the exact adaptive one elsewhere."""
+    """Returns the volume of the fixed form if a rough adaptive one confirms it, and otherwise that of the exact adaptive form."""
     fixed, rough = quadrature(solid), quadrature(solid, ROUGH)
     return fixed if abs(fixed - rough) <= ROUGH * abs(rough) else quadrature(solid, EXACTNESS)
 
 
 def mesh_volume(solid):
-    """What the mesh of a solid encloses, and how many faces have none."""
+    """Returns the volume that the mesh of a solid encloses, and the number of faces without a mesh."""
     from OCP.Bnd import Bnd_Box
     from OCP.BRep import BRep_Tool
     from OCP.BRepBndLib import BRepBndLib
@@ -162,6 +169,7 @@ def determinant(p, q, r):
 
 
 def exact_row(path):
+    """Returns the entries of the solids of one file for volumes.jsonl."""
     from OCP.BRepCheck import BRepCheck_Analyzer
 
     return [[number, is_closed(solid), exact_volume(solid), BRepCheck_Analyzer(solid).IsValid()]
@@ -169,21 +177,26 @@ def exact_row(path):
 
 
 def looked_at_row(path):
+    """Returns the volumes of the solids of one file for --look."""
     return [[number, quadrature(solid), quadrature(solid, EXACTNESS), *mesh_volume(solid)]
             for number, solid in solids_of(path)]
 
 
 def import_once():
-    """The processes of the files start from this one, with OpenCASCADE in memory."""
+    """Imports OpenCASCADE. The processes of the files are forked from this one, so they do not import it again."""
     import OCP.BRepCheck, OCP.BRepGProp, OCP.BRepMesh, OCP.STEPControl  # noqa: E401, F401
 
 
 def answer(pipe, row, path):
+    """Runs in the process of a file: sends the row."""
     pipe.send(row(path))
 
 
 def in_a_process(row, path, timeout):
-    """The row of one file, or why there is none: OpenCASCADE may crash or never end."""
+    """Returns the row of one file and `None`, or `None` and the reason.
+
+    The row is computed in a process, because OpenCASCADE may crash or never end.
+    """
     forked = multiprocessing.get_context("fork")
     ours, theirs = forked.Pipe(duplex=False)
     process = forked.Process(target=answer, args=(theirs, row, path))
@@ -199,6 +212,7 @@ def in_a_process(row, path, timeout):
 
 
 def write_volumes(options):
+    """Writes the lines of the files that have none."""
     paths = [str(path.relative_to(options.dir)) for path in sorted(options.dir.rglob("*"))
              if path.suffix.lower() in SUFFIXES]
     if options.only:
@@ -218,23 +232,26 @@ def write_volumes(options):
 
 
 def our_volumes(partprobe, path):
-    """Volume of each solid by its # number, from `partprobe inspect --json`."""
+    """Returns the volume that partprobe measures for each solid, by its # number, from `partprobe inspect --json`."""
     run = subprocess.run([partprobe, "inspect", "--json", str(path)], capture_output=True, text=True, check=True)
     return {solid["step_id"]: solid["volume"] for solid in json.loads(run.stdout)["mesh"]["solids"]}
 
 
 def json_lines(path):
+    """Returns the objects of a file of JSON lines, which may be compressed."""
     is_packed = path.suffix == ".zst"
     text = subprocess.run(["zstd", "-dc", path], capture_output=True, check=True).stdout if is_packed else path.read_bytes()
     return [json.loads(line) for line in text.splitlines()]
 
 
 def our_mesh_volume(partprobe, path):
+    """Returns the volume that the meshes of partprobe enclose, or 0 if partprobe cannot read the file."""
     run = subprocess.run([partprobe, "inspect", "--json", str(path)], capture_output=True, text=True)
     return sum(solid["mesh_volume"] for solid in json.loads(run.stdout)["mesh"]["solids"]) if run.returncode == 0 else 0.0
 
 
 def compare_meshes(options):
+    """Prints how many meshes of OpenCASCADE and of partprobe enclose the exact volume."""
     solids = {row["file"]: row["solids"] for row in json_lines(options.volumes) if "solids" in row}
     n_files, theirs, ours = 0, 0, 0
     for row in json_lines(options.meshes):
@@ -246,11 +263,15 @@ def compare_meshes(options):
         n_files += 1
         theirs += is_near(row["volume"])
         ours += is_near(our_mesh_volume(options.partprobe, options.dir / row["file"]))
-    print(f"{n_files} files of one closed solid; within 1 %: OpenCASCADE's mesh {100 * theirs / n_files:.2f} %, ours {100 * ours / n_files:.2f} %")
+    print(
+        f"{n_files} files of one closed solid; within 1 %: mesh of OpenCASCADE {100 * theirs / n_files:.2f} %, "
+        f"mesh of partprobe {100 * ours / n_files:.2f} %"
+    )
 
 
 def look(options):
-    print("| file | solid | BRepGProp | adaptive, 1e-6 | mesh | faces without mesh | ours |\n|---|---|---:|---:|---:|---:|---:|")
+    """Prints the table of --look."""
+    print("| file | solid | BRepGProp | adaptive, 1e-6 | mesh | faces without mesh | partprobe |\n|---|---|---:|---:|---:|---:|---:|")
     for path in options.look.read_text().splitlines():
         ours = our_volumes(options.partprobe, options.dir / path) if options.partprobe else {}
         rows, error = in_a_process(looked_at_row, options.dir / path, options.timeout)
@@ -265,15 +286,15 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("dir", type=Path)
     parser.add_argument("--out", type=Path)
-    parser.add_argument("--only", type=Path, help="a list of paths below DIR; others are left out")
-    parser.add_argument("--look", type=Path, help="a list of paths below DIR")
+    parser.add_argument("--only", type=Path, help="file with paths below DIR, one per line; other files are left out")
+    parser.add_argument("--look", type=Path, help="file with paths below DIR, one per line")
     parser.add_argument("--meshes", type=Path, help="the reference lines of `partprobe verify`")
-    parser.add_argument("--volumes", type=Path, help="what --out wrote, for --meshes")
+    parser.add_argument("--volumes", type=Path, help="the file that --out wrote, for --meshes")
     parser.add_argument("--partprobe")
-    parser.add_argument("--timeout", type=float, default=60.0, help="seconds for a file")
+    parser.add_argument("--timeout", type=float, default=60.0, help="seconds that OpenCASCADE may take for a file")
     options = parser.parse_args()
     if [options.out, options.look, options.meshes].count(None) != 2:
-        parser.error("say --out, --look or --meshes")
+        parser.error("give exactly one of --out, --look and --meshes")
     if options.meshes:
         if not options.volumes or not options.partprobe:
             parser.error("--meshes needs --volumes and --partprobe")

@@ -1,10 +1,14 @@
-"""Writes small ONNX models for the label source `onnx`: what a network of a user's own looks like from outside.
+"""Writes small ONNX models for tests of the label source `onnx`. They look like models that users export from their own networks.
 
-In: a folder, and a Python that has `onnx` and `numpy`. Out: one model per line of `MODELS`.
+    make_model.py OUT [MODEL…]
 
-The sound models compute the same features. A point or triangle with the position p and the normal n gets (n, n·p), which is
-constant on a plane, and a perceptron with random weights spreads these four numbers over 16 features. The seed is fixed. The
-models differ in how their tensors are laid out. The faulty models each have one fault that a user's model may have.
+Input: the names of models in `MODELS`. Without names, all models are written.
+Output: one file per model in the folder OUT, and its path on stdout.
+Needs `onnx` and `numpy`.
+
+The sound models compute the same features, with the same random weights (the seed is fixed). For a point or triangle with the position p
+and the normal n, they compute (n, n·p), which is constant on a plane. A perceptron turns these four numbers into 16 features. The models
+differ in the layout of their tensors. Each faulty model has one fault that a user's model may have.
 """
 
 import argparse
@@ -21,7 +25,7 @@ OPSET = 17
 
 
 def weights():
-    """The layers of the perceptron: 4 to 32 to 16 numbers."""
+    """Returns the weights and biases of the perceptron: 4 to 32 to 16 numbers."""
     random = np.random.default_rng(SEED)
     sizes = [4, N_HIDDEN, N_FEATURES]
     layers = []
@@ -33,6 +37,7 @@ def weights():
 
 
 def tensor(name, *shape, kind=TensorProto.FLOAT):
+    """Returns the description of an input or output of a model."""
     return helper.make_tensor_value_info(name, kind, shape)
 
 
@@ -44,14 +49,17 @@ class Graph:
         self.constants = []
 
     def constant(self, name, values):
+        """Adds a constant and returns its name."""
         self.constants.append(numpy_helper.from_array(np.asarray(values), name))
         return name
 
     def node(self, operator, inputs, output, **attributes):
+        """Adds a node and returns the name of its output."""
         self.nodes.append(helper.make_node(operator, inputs, [output], **attributes))
         return output
 
     def save(self, path, inputs, outputs):
+        """Writes the model to a file. ONNX checks it first, unless it has an operator of another domain."""
         graph = helper.make_graph(self.nodes, path.stem, inputs, outputs, self.constants)
         opsets = [helper.make_opsetid("", OPSET)]
         if any(node.domain for node in self.nodes):
@@ -62,7 +70,7 @@ class Graph:
         path.write_bytes(model.SerializeToString(deterministic=True))
 
     def features(self, positions, normals, output):
-        """The perceptron on (n, n·p); the last axis of both inputs has the three coordinates."""
+        """Adds the perceptron on (n, n·p). The last axis of both inputs has the three coordinates."""
         axis = self.constant("last_axis", np.array([-1], dtype=np.int64))
         products = self.node("Mul", [positions, normals], "products")
         offset = self.node("ReduceSum", [products, axis], "plane_offset", keepdims=1)
@@ -80,7 +88,7 @@ class Graph:
         return values
 
     def split(self, points):
-        """Positions and normals out of a tensor with six channels at its end."""
+        """Splits a tensor whose last axis has six channels into positions and normals."""
         for name, start, end in (("positions", 0, 3), ("normals", 3, 6)):
             bounds = {"start": start, "end": end, "axis": -1}
             names = [self.constant(f"{name}.{key}", np.array([value], dtype=np.int64)) for key, value in bounds.items()]
@@ -89,14 +97,14 @@ class Graph:
 
 
 def batch_rows(path, n="N"):
-    """`points` (1, N, 6) to `features` (1, N, 16)."""
+    """Writes a model from `points` (1, N, 6) to `features` (1, N, 16)."""
     graph = Graph()
     graph.features(*graph.split("points"), "features")
     graph.save(path, [tensor("points", 1, n, 6)], [tensor("features", 1, n, N_FEATURES)])
 
 
 def batch_channels(path):
-    """`points` (1, 6, N) to `features` (1, 16, N), as PointNet has them."""
+    """Writes a model from `points` (1, 6, N) to `features` (1, 16, N), which is the layout of PointNet."""
     graph = Graph()
     graph.node("Transpose", ["points"], "rows", perm=[0, 2, 1])
     graph.features(*graph.split("rows"), "feature_rows")
@@ -105,7 +113,10 @@ def batch_channels(path):
 
 
 def two_inputs(path):
-    """`xyz` (N, 3), `normal` (N, 3) and the number of rows `offset` (1) to `embedding` (N, 16), with a second output."""
+    """Writes a model with three inputs and two outputs.
+
+    It computes `embedding` (N, 16) from `xyz` (N, 3) and `normal` (N, 3), and `count` (1) from `offset` (1), the number of rows.
+    """
     graph = Graph()
     graph.features("xyz", "normal", "embedding")
     graph.node("Cast", ["offset"], "count", to=TensorProto.FLOAT)
@@ -114,12 +125,12 @@ def two_inputs(path):
 
 
 def fixed_count(path):
-    """`points` (1, 1024, 6): a model that was exported for one number of points."""
+    """Writes a model from `points` (1, 1024, 6), as if it were exported for exactly 1024 points."""
     batch_rows(path, n=1024)
 
 
 def not_a_number(path):
-    """Features that are NaN: 0 / 0 of the positions times 0."""
+    """Writes a model whose features are NaN, because it divides 0 by 0."""
     graph = Graph()
     positions, normals = graph.split("points")
     zero = graph.constant("zero", np.array(0.0, dtype=np.float32))
@@ -130,28 +141,28 @@ def not_a_number(path):
 
 
 def one_feature_vector(path):
-    """`features` (1, 6): one row for the whole shape, as a classifier has."""
+    """Writes a model with one row for the whole shape, `features` (1, 6), as a classifier has."""
     graph = Graph()
     graph.node("ReduceMean", ["points"], "features", axes=[1], keepdims=0)
     graph.save(path, [tensor("points", 1, "N", 6)], [tensor("features", 1, 6)])
 
 
 def unknown_operator(path):
-    """An operator of another domain, which no runtime knows."""
+    """Writes a model with an operator of another domain, which no runtime knows."""
     graph = Graph()
     graph.nodes.append(helper.make_node("Embed", ["points"], ["features"], domain="com.example"))
     graph.save(path, [tensor("points", 1, "N", 6)], [tensor("features", 1, "N", N_FEATURES)])
 
 
 def double_input(path):
-    """`points` as numbers of 64 bits."""
+    """Writes a model whose `points` are 64-bit numbers."""
     graph = Graph()
     graph.node("Cast", ["points"], "features", to=TensorProto.FLOAT)
     graph.save(path, [tensor("points", 1, "N", 6, kind=TensorProto.DOUBLE)], [tensor("features", 1, "N", 6)])
 
 
 def damaged(path):
-    """The first half of a model."""
+    """Writes the first half of a model file."""
     batch_rows(path)
     whole = path.read_bytes()
     path.write_bytes(whole[: len(whole) // 2])
@@ -173,11 +184,11 @@ MODELS = {
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("out", type=pathlib.Path, help="the folder to write to")
-    parser.add_argument("names", nargs="*", metavar="MODEL", help=f"which ones; all if none is named: {', '.join(MODELS)}")
+    parser.add_argument("names", nargs="*", metavar="MODEL", help=f"models to write (default: all): {', '.join(MODELS)}")
     arguments = parser.parse_args()
     unknown = [name for name in arguments.names if name not in MODELS]
     if unknown:
-        parser.error(f"no model is named {', '.join(unknown)}; there are {', '.join(MODELS)}")
+        parser.error(f"no model is named {', '.join(unknown)}; the models are {', '.join(MODELS)}")
     arguments.out.mkdir(parents=True, exist_ok=True)
     for name in arguments.names or MODELS:
         path = arguments.out / f"{name}.onnx"

@@ -1,8 +1,14 @@
-"""Reads what partprobe writes as Parquet and WebDataset with the libraries of others: read.py PROGRAM FOLDER
+"""Reads the Parquet and WebDataset files of partprobe with other libraries, and compares the values.
 
-Labels twelve generated parts, exports and releases them, and reads the tables with pandas (pyarrow), polars, DuckDB and Hugging
-Face `datasets`, and the tar files with tarfile and `webdataset`. Every reader must give the ids, labels and angles of the
-carriers, which NumPy reads. The FOLDER must not exist.
+    read.py PROGRAM FOLDER
+
+Input: the program, and FOLDER, which must not exist.
+Output: one line per library on stdout. An AssertionError names the library and the shape that differ.
+Needs numpy, pandas, pyarrow, polars, duckdb, datasets and webdataset (`.ci/parquet` installs them).
+
+The script generates twelve parts, labels, exports and releases them. It reads the tables with pandas (pyarrow), polars, DuckDB and Hugging
+Face `datasets`, and the tar files with tarfile and `webdataset`. Each library must return the ids, labels and angles of the carriers, which
+NumPy reads.
 """
 
 import io
@@ -21,7 +27,7 @@ import webdataset
 
 N_PARTS = 12
 SHARD_SIZE = 5
-# Columns of the tables, and the arrays of the carriers that hold the same numbers.
+# The columns of the tables, and the arrays of the carriers with the same numbers.
 ARRAYS = {
     "face_step_id": "face_step_id",
     "face_instance": "face_instance",
@@ -35,18 +41,19 @@ ARRAYS = {
 
 
 def partprobe(program, folder, *arguments):
+    """Runs the program in a folder."""
     subprocess.run([program, *arguments], cwd=folder, check=True, capture_output=True, text=True)
 
 
 def numbers(values):
-    """A list of a table as an array; a missing angle is NaN."""
+    """Returns a list of a table as an array. A missing angle becomes NaN."""
     return numpy.array([numpy.nan if value is None else value for value in values])
 
 
 def check_rows(reader, rows, carriers, columns):
-    """The rows of a table are the carriers: `rows` are dictionaries with the columns and the id."""
+    """Checks that the rows of a table equal the carriers. `rows` are dictionaries with the columns and the id."""
     rows = list(rows)
-    assert [row["id"] for row in rows] == list(carriers), f"{reader}: other ids"
+    assert [row["id"] for row in rows] == list(carriers), f"{reader}: the ids differ"
     for row in rows:
         carrier = carriers[row["id"]]
         for column, array in columns.items():
@@ -54,7 +61,7 @@ def check_rows(reader, rows, carriers, columns):
             assert numpy.array_equal(found, expected, equal_nan=found.dtype.kind == "f"), f"{reader}: {row['id']}, {column}"
         pairs = numpy.stack([row["edge_face_a"], row["edge_face_b"]], axis=1).reshape(-1, 2)
         assert numpy.array_equal(pairs, carrier["edge_faces"]), f"{reader}: {row['id']}, edges"
-    print(f"{reader}: {len(rows)} shapes are those of the carriers")
+    print(f"{reader}: {len(rows)} shapes equal the carriers")
 
 
 def read_tables(folder, carriers, columns):
@@ -81,7 +88,7 @@ def read_tables(folder, carriers, columns):
 
 
 def read_metadata(file, schema):
-    """The file says which table it is."""
+    """Checks that the metadata of a file names its schema."""
     metadata = pyarrow.parquet.read_metadata(file).metadata
     assert metadata[b"partprobe.schema"] == schema, metadata
     assert metadata[b"partprobe.schema_version"] == b"1", metadata
@@ -104,7 +111,7 @@ def read_tars(folder, carriers):
         arrays = numpy.load(io.BytesIO(found[f"{key}.npz"]))
         different = [name for name in carrier.files if arrays[name].tobytes() != carrier[name].tobytes()]
         assert not different, f"tarfile: {key}, {different}"
-    print(f"tarfile: {len(carriers)} samples are the carriers")
+    print(f"tarfile: {len(carriers)} samples equal the carriers")
 
     samples = webdataset.WebDataset([str(file) for file in files], shardshuffle=False).decode()
     n_samples = 0
@@ -113,7 +120,7 @@ def read_tars(folder, carriers):
         assert numpy.array_equal(sample["npz"]["triangles"], carrier["triangles"])
         n_samples += 1
     assert n_samples == len(carriers)
-    print(f"webdataset: {n_samples} samples are the carriers")
+    print(f"webdataset: {n_samples} samples equal the carriers")
 
 
 def main():

@@ -1,17 +1,19 @@
-"""Proves that results of PartField's clustering come back exactly: prove.py PARTFIELD PROGRAM DATASET OUT [--max-edge FRACTION]
+"""Proves that partprobe joins the results of PartField's clustering exactly: prove.py PARTFIELD PROGRAM DATASET OUT [--max-edge FRACTION]
 
-PARTFIELD is a checkout of nv-tlabs/PartField, PROGRAM is `partprobe`, DATASET a labeled data set, OUT a folder for the results.
+Input: PARTFIELD, a checkout of nv-tlabs/PartField; PROGRAM, which is `partprobe`; DATASET, a labeled data set; and OUT, a folder for the
+results. What already exists in OUT is not made again.
+Output: a Markdown table on stdout.
+Exit status: 1 if a join or a point is wrong.
+Needs numpy, scipy, scikit-learn, trimesh, networkx, plyfile, matplotlib below 3.9, and open3d, which PartField's script imports.
 
-What is in OUT from an interrupted call is not made again. The script exports the shapes with `partprobe export partfield-input`. In place of PartField's network, it computes features
-from the positions and normals of the triangles, and writes them as the inference script does. PartField's own
-`run_part_clustering.py` then clusters them, once for each of its ways. The results are checked in two ways:
+The script exports the shapes with `partprobe export partfield-input`. It does not run PartField's network. Instead, it computes features
+from the positions and normals of the triangles, and writes them in the format of PartField's inference script. PartField's own
+`run_part_clustering.py` then clusters them with each of its methods. The results are checked in two ways:
 
 - `partprobe check labels` must join every shape by index, at every level.
-- Sampled points get their labels from `partprobe sample`. The script finds the triangle of the exported mesh that a point lies on
-  by itself, from the parents in the export, and compares. A point within 1e-5 of the diagonal of a triangle with another label
-  is on a boundary, and is counted apart.
-
-Needs numpy, scipy, scikit-learn, trimesh, networkx, plyfile, matplotlib below 3.9, and open3d, which PartField's script imports.
+- `partprobe sample` gives labels to sampled points. The script itself finds the triangle of the exported mesh on which a point lies, with
+  the parents in the export, and compares the labels. If a triangle with another label is closer than 1e-5 of the diagonal, the point is
+  on a boundary, and is counted separately.
 """
 
 import argparse
@@ -28,10 +30,10 @@ import trimesh
 N_FEATURES = 448
 MAX_CLUSTERS = 20
 N_POINTS = 1000
-# On a boundary, two triangles are equally near; positions are stored in single precision.
+# Two triangles are equally near to a point on their boundary. Positions are stored in single precision, so this needs a tolerance.
 BOUNDARY = 1e-5
 
-# The ways of clustering: a name, the options of run_part_clustering.py, and the levels that it writes.
+# The clustering methods: the name, the options of run_part_clustering.py, and the levels that it writes.
 WAYS = (
     ("agglomerative", ["--use_agglo", "True", "--option", "0"], range(1, MAX_CLUSTERS + 1)),
     ("agglomerative-knn", ["--use_agglo", "True", "--option", "1", "--with_knn", "True"], range(1, MAX_CLUSTERS + 1)),
@@ -40,7 +42,7 @@ WAYS = (
 
 
 def run(*command, **options):
-    """Runs a command and gives its standard output; what it prints is shown if it fails."""
+    """Runs a command and returns its standard output. Ends the script with the output if the command fails."""
     done = subprocess.run([str(word) for word in command], capture_output=True, text=True, **options)
     if done.returncode != 0:
         sys.exit(f"{command}: exit status {done.returncode}\n{done.stdout[-2000:]}\n{done.stderr[-4000:]}")
@@ -48,12 +50,12 @@ def run(*command, **options):
 
 
 def load(path):
-    """A mesh as PartField's `load_mesh_util` reads it."""
+    """Reads a mesh as PartField's `load_mesh_util` does."""
     return trimesh.load(path, force="mesh", process=False)
 
 
 def write_features(export, features, projection):
-    """Writes what PartField's inference leaves for one mesh: the normalized mesh, and one row per triangle."""
+    """Writes the files that PartField's inference writes for one mesh: the normalized mesh, and one row of features per triangle."""
     mesh = load(export)
     low, high = mesh.vertices.min(0), mesh.vertices.max(0)
     mesh.vertices = (mesh.vertices - 0.5 * (low + high)) * (2.0 * 0.9 / (high - low).max())
@@ -64,10 +66,10 @@ def write_features(export, features, projection):
 
 
 def cluster(partfield, meshes, features, options):
-    """Runs PartField's script on all meshes; the folder has its name only when the script has ended."""
+    """Runs PartField's script on all meshes. Its output folder gets its final name only after the script has ended."""
     dump = features / "unfinished"
     shutil.rmtree(dump, ignore_errors=True)
-    # An empty text is PartField's `False`. Its colored meshes take minutes; it lists their folder in any case.
+    # PartField reads an empty text as `False`, so it writes no colored meshes, which would take minutes. It lists their folder in any case.
     (dump / "ply").mkdir(parents=True)
     script = partfield / "run_part_clustering.py"
     common = ["--root", features, "--dump_dir", dump, "--source_dir", meshes, "--max_num_clusters", MAX_CLUSTERS]
@@ -76,7 +78,7 @@ def cluster(partfield, meshes, features, options):
 
 
 def squared_distances(point, corners):
-    """From a point to each of many triangles, by the nearest point of the plane's triangle or of its sides."""
+    """Returns the squared distance from a point to each of many triangles."""
     a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
     best = numpy.full(len(corners), numpy.inf)
     for start, end in ((a, b), (b, c), (c, a)):
@@ -94,7 +96,7 @@ def squared_distances(point, corners):
 
 
 class Shape:
-    """One exported shape: its triangles, and the parents of them."""
+    """One exported shape: its triangles, and for each of them its parent, which is a triangle of the carrier."""
 
     def __init__(self, root, name, entry):
         self.name, self.id = name, entry["id"]
@@ -106,11 +108,12 @@ class Shape:
         self.tiles_of = dict(zip(*self._groups(order)))
 
     def _groups(self, order):
+        """Returns the parents, and for each parent the indices of its triangles."""
         parents, starts = numpy.unique(self.parents[order], return_index=True)
         return parents, numpy.split(order, starts[1:])
 
     def near(self, points, triangles):
-        """For each point, its nearest triangle and all those within the width of a boundary."""
+        """Returns, for each point, the nearest exported triangle, and all of them within the width of a boundary."""
         found = []
         for point, triangle in zip(points.astype(float), triangles):
             tiles = self.tiles_of[triangle]
@@ -120,7 +123,7 @@ class Shape:
 
 
 def compared(near, labels, theirs):
-    """How many points are equal, on a boundary, and different."""
+    """Returns the number of points whose labels are equal, that are on a boundary, and whose labels differ."""
     equal, boundary, different = 0, 0, 0
     for (tile, around), label in zip(near, theirs):
         if labels[tile] == label:
@@ -133,7 +136,7 @@ def compared(near, labels, theirs):
 
 
 def check_level(args, settings, level, shapes, near, clusters):
-    """Joins one level of all shapes: how many by index, and how the points compare."""
+    """Joins one level of all shapes. Returns the number of shapes that are joined by index, and the counts of the points."""
     labels = run(
         args.program, "check", "labels", settings["path"], "--data", args.dataset, "--type", "partfield",
         "--set", f"map={settings['map']}", "--set", f"k={level}", "--json",
@@ -160,7 +163,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     for name in ("partfield", "program", "dataset", "out"):
         parser.add_argument(name, type=lambda text: pathlib.Path(text).resolve())
-    parser.add_argument("--max-edge", default="0.02", help="the longest edge of the exported meshes; k-means is slow on many triangles")
+    parser.add_argument("--max-edge", default="0.02", help="longest edge of the exported meshes; k-means is slow if it is small")
     args = parser.parse_args()
 
     export, results = args.out / "export", args.out / "results"

@@ -1,7 +1,12 @@
-"""Writes result files as PartField's scripts do, with labels that say nothing: stand_in.py EXPORT RESULTS
+"""Writes result files in the format of PartField's scripts, with arbitrary labels.
 
-EXPORT is a folder of `partprobe export partfield-input`. The labels of a level are slabs along the x axis. The blocks of the
-documentation need such files; `prove.py` makes real ones with a checkout of PartField.
+    stand_in.py EXPORT RESULTS
+
+Input: EXPORT, a folder that `partprobe export partfield-input` wrote.
+Output: RESULTS, a folder of result files. The labels of a level are slabs along the x axis.
+Needs numpy and trimesh.
+
+The code blocks of the documentation need such files. `prove.py` makes real results with a checkout of PartField.
 """
 
 import pathlib

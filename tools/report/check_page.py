@@ -2,15 +2,21 @@
 
     check_page.py REPORT.html [--chromium PROGRAM] [--screenshots DIR]
 
-In: a report.html with test shapes. Out: one line per check on stdout; exits with 1 at the end if one of them failed. With
-`--screenshots`, pictures of each section, light and dark, wide and narrow.
-
-What is checked: the size of the file; no message on the console and no error of a script; no request but for the page itself;
-every table sorts by every column, and filters; the panes of the 3D view and the pictures of the cards are not blank; dragging
-and arrow keys turn all panes; pointing at the surface names a part, and a face if faces are known; a part can be kept by a click
-and let go by Escape; no section is wider than a narrow window.
-
+Input: a report.html with test shapes.
+Output: one line per check on stdout. With `--screenshots`, also pictures of each section: light and dark, wide and narrow.
+Exit status: 1 if a check fails.
 Needs playwright (pip) and a Chromium (apt-get install chromium).
+
+The script checks that:
+
+- the file is not too large;
+- the console shows no message, no script fails, and the page requests no other file;
+- every table can be sorted by every column and can be filtered;
+- the panes of the 3D view and the pictures of the cards are not blank;
+- dragging and the arrow keys rotate all panes;
+- pointing at the surface shows the name of a part, and of a face if faces are known;
+- a click selects a part, and Escape ends the selection;
+- no section is wider than a narrow window.
 """
 
 import argparse
@@ -25,13 +31,13 @@ MAX_BYTES = 25_000_000
 FLAGS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"]
 WIDE, NARROW = {"width": 1280, "height": 900}, {"width": 390, "height": 844}
 
-# The rows of a table by one column, as they are shown: numbers by what they are sorted by.
+# Returns one column of a table, in the order that is shown. The values are the numbers by which the table is sorted.
 COLUMN = """([id, column]) => [...document.getElementById(id).tBodies[0].rows].map((row) => {
     const cell = row.children[column];
     return cell.dataset.v === undefined ? null : Number(cell.dataset.v);
 })"""
 
-# For each pane, the share of its pixels that are painted, the number of colors, and a sum that changes with the picture.
+# Returns, for each pane, the fraction of its pixels that are painted, the number of colors, and a checksum of the picture.
 PANES = """() => {
     const canvas = document.getElementById('view-canvas');
     const copy = document.createElement('canvas');
@@ -68,7 +74,7 @@ DRAWN = "!!document.getElementById('view-canvas').dataset.drawn"
 
 
 class Checks:
-    """Collects what holds and what does not."""
+    """Prints the result of each check, and counts the failures."""
 
     def __init__(self):
         self.n_failed = 0
@@ -79,7 +85,7 @@ class Checks:
 
 
 def wait_until(page, expression, what):
-    """Waits until an expression is true. The policy of the page allows no script that waits in the page itself."""
+    """Waits until an expression is true. The content policy of the page forbids a script that waits, so this function polls."""
     for _ in range(600):
         if page.evaluate(expression):
             return
@@ -88,7 +94,7 @@ def wait_until(page, expression, what):
 
 
 def scroll_to(page, element):
-    """Scrolls at once, without the motion that a reader sees."""
+    """Scrolls to an element at once, without an animation."""
     page.evaluate(
         "id => window.scrollTo({ top: document.getElementById(id).getBoundingClientRect().top + scrollY - 56, behavior: 'instant' })",
         element,
@@ -97,13 +103,14 @@ def scroll_to(page, element):
 
 
 def is_sorted(values, descending):
-    """Whether numbers are in order, those that are missing last."""
+    """Returns whether numbers are in order, with the missing ones last."""
     numbers = [value for value in values if value is not None]
     missing_last = values[: len(numbers)] == numbers
     return missing_last and numbers == sorted(numbers, reverse=descending)
 
 
 def check_tables(page, checks):
+    """Checks that tables can be sorted and filtered."""
     tables = page.eval_on_selector_all("table.sortable", "tables => tables.map((table) => table.id)")
     checks.check(bool(tables), "there are tables", len(tables))
     page.evaluate("document.querySelectorAll('details').forEach((details) => { details.open = true; })")
@@ -114,7 +121,7 @@ def check_tables(page, checks):
             name = buttons.nth(column).inner_text()
             is_number = page.locator(f"#{table} thead th").nth(column).evaluate("th => th.classList.contains('n')")
             for descending in ([True, False] if is_number else [False, True]):
-                # By the keyboard, as a reader without a mouse would.
+                # The keyboard must work too, for readers without a mouse.
                 buttons.nth(column).press("Enter")
                 if is_number:
                     holds = is_sorted(page.evaluate(COLUMN, [table, column]), descending)
@@ -139,10 +146,10 @@ def check_tables(page, checks):
 
 
 def picked_at(page, pane):
-    """Moves the pointer over a pane until it is on the surface; the position, or None."""
+    """Moves the pointer over a pane until it is on the surface. Returns the position, or `None` if it never is."""
     box = page.locator(".pane").nth(pane).bounding_box()
     for step in range(1, 200):
-        # A grid from the middle outwards, in an order that soon reaches every region.
+        # The positions start in the middle and soon reach every region of the pane.
         x = box["x"] + box["width"] * (0.5 + 0.38 * ((step * 0.618) % 1 - 0.5) * min(1, step / 20))
         y = box["y"] + box["height"] * (0.55 + 0.38 * ((step * 0.414) % 1 - 0.5) * min(1, step / 20))
         page.mouse.move(x, y)
@@ -152,6 +159,7 @@ def picked_at(page, pane):
 
 
 def check_view(page, checks):
+    """Checks the 3D view."""
     wait_until(page, DRAWN, "drawing the 3D view")
     scroll_to(page, "panes")
     before = page.evaluate(PANES)
@@ -161,20 +169,20 @@ def check_view(page, checks):
 
     at = picked_at(page, 0)
     text = page.locator("#picked").inner_text()
-    checks.check(at is not None and "part " in text, "pointing names a part", text)
+    checks.check(at is not None and "part " in text, "pointing shows the name of a part", text)
     has_faces = page.evaluate("JSON.parse(document.getElementById('shape-data').textContent)[Number(document.getElementById('shape').value)].faces.length > 0")
     if has_faces:
-        checks.check(bool(page.locator("#picked").get_attribute("data-face")), "pointing names a face")
+        checks.check(bool(page.locator("#picked").get_attribute("data-face")), "pointing shows the name of a face")
     if at:
         page.mouse.click(*at)
         page.wait_for_timeout(200)
-        checks.check(page.locator("#parts [aria-pressed=true]").count() == 1, "a click keeps a part")
+        checks.check(page.locator("#parts [aria-pressed=true]").count() == 1, "a click selects a part")
         kept = page.evaluate(PANES)
         checks.check(all(a["sum"] != b["sum"] for a, b in zip(before, kept)), "the other parts fade in all panes")
         page.keyboard.press("Escape")
         page.mouse.move(1, 1)
         page.wait_for_timeout(200)
-        checks.check(page.evaluate(PANES) == before, "Escape lets the part go")
+        checks.check(page.evaluate(PANES) == before, "Escape ends the selection")
 
     box = page.locator(".pane").first.bounding_box()
     page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
@@ -183,11 +191,11 @@ def check_view(page, checks):
     page.mouse.up()
     page.wait_for_timeout(200)
     turned = page.evaluate(PANES)
-    checks.check(all(a["sum"] != b["sum"] for a, b in zip(before, turned)), "dragging turns all panes")
+    checks.check(all(a["sum"] != b["sum"] for a, b in zip(before, turned)), "dragging rotates all panes")
     page.locator("#view-canvas").focus()
     page.keyboard.press("ArrowLeft")
     page.wait_for_timeout(200)
-    checks.check(all(a["sum"] != b["sum"] for a, b in zip(turned, page.evaluate(PANES))), "an arrow key turns all panes")
+    checks.check(all(a["sum"] != b["sum"] for a, b in zip(turned, page.evaluate(PANES))), "an arrow key rotates all panes")
 
     former = page.locator("#shape").input_value()
     page.locator("#next-shape" if page.locator("#shape option").last.get_attribute("value") != former else "#previous-shape").click()
@@ -196,6 +204,7 @@ def check_view(page, checks):
 
 
 def check_pictures(page, checks):
+    """Checks the pictures of the cards and their order."""
     scroll_to(page, "shapes")
     wait_until(page, "document.querySelectorAll('.card:not([hidden]) canvas[data-painted]').length >= 2", "painting pictures")
     page.wait_for_timeout(500)
@@ -206,6 +215,7 @@ def check_pictures(page, checks):
 
 
 def screenshots(browser, url, folder):
+    """Writes pictures of each section in both color schemes and both widths."""
     folder.mkdir(parents=True, exist_ok=True)
     for scheme in ["light", "dark"]:
         for name, viewport in [("wide", WIDE), ("narrow", NARROW)]:
@@ -221,7 +231,7 @@ def screenshots(browser, url, folder):
 
 
 def is_of_page(message):
-    """Whether a message of the console is about the page. Chromium warns of reading pixels, which this script alone does."""
+    """Returns whether a console message is about the page. Chromium also warns about reading pixels, which only this script does."""
     return "willReadFrequently" not in message
 
 
@@ -232,7 +242,7 @@ def main():
     parser.add_argument("--screenshots", type=pathlib.Path)
     arguments = parser.parse_args()
     if not arguments.chromium:
-        sys.exit("no Chromium was found; install it (apt-get install chromium), or name it with --chromium")
+        sys.exit("no Chromium was found; install it (apt-get install chromium), or give its path with --chromium")
 
     checks = Checks()
     size = arguments.report.stat().st_size
@@ -243,7 +253,7 @@ def main():
         messages, requests = [], []
         context = browser.new_context(viewport=WIDE, reduced_motion="reduce")
         page = context.new_page()
-        # Drawing in software on a busy machine takes its time.
+        # Drawing in software on a busy machine is slow.
         page.set_default_timeout(120_000)
         page.on("console", lambda message: is_of_page(message.text) and messages.append(f"{message.type}: {message.text}"))
         page.on("pageerror", lambda error: messages.append(f"error: {error}"))
@@ -259,7 +269,7 @@ def main():
         checks.check(width <= NARROW["width"], "nothing is wider than a narrow window", f"{width} pixels")
         checks.check(not messages, "no message on the console", "; ".join(messages[:5]))
         others = [other for other in requests if other != url]
-        checks.check(not others, "no request but for the page", ", ".join(others[:5]))
+        checks.check(not others, "no request except for the page", ", ".join(others[:5]))
         if arguments.screenshots:
             screenshots(browser, url, arguments.screenshots)
         browser.close()

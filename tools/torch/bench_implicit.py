@@ -1,10 +1,16 @@
-"""An update of the implicit probe against PyTorch: same network, same losses, same number of points, same threads.
+"""Compares the time of an update of the implicit probe in partprobe and in PyTorch.
 
-In: the example `update_time` of crates/implicit, a trunk, points per update. Out: a table of times per update and the
-ratio partprobe/torch. Both run in turn, several rounds of one process each, so that a busy machine burdens both. The time is CPU
-seconds per update, the difference between a long and a short run; the lowest round of each counts. PyTorch computes
-the gradient by the position with `autograd.grad(create_graph=True)`.
-Run it by `just bench-implicit`.
+    bench_implicit.py [--trunk NAME] [--points N N N] [--updates N] [--threads N]        or: just bench-implicit [--trunk NAME]
+
+Input: the built example `update_time` of crates/implicit, a trunk, and the numbers of points of an update: on the surface, near it, and
+in the box.
+Output: a Markdown table on stdout, with the times per update and the ratio partprobe/PyTorch.
+Needs torch.
+
+Both programs use the same network, the same losses, the same number of points and the same number of threads. They run in turns, in
+several rounds with one process each, so that other work of the machine slows both. The time of an update is the difference between a long
+and a short run, divided by the difference of their updates. The lowest round of each program counts. PyTorch computes the gradient by the
+position with `autograd.grad(create_graph=True)`.
 """
 
 import argparse
@@ -18,7 +24,7 @@ WIDTHS = {"siren-256x4": 256, "siren-128x4": 128, "siren-64x4": 64}
 
 
 def torch_updates(arguments, updates):
-    """Runs in a process of its own. Points are random: their positions do not change the time."""
+    """Runs the updates of PyTorch, in its own process. The points are random, because their positions do not affect the time."""
     import torch
 
     torch.set_num_threads(arguments.threads)
@@ -74,6 +80,7 @@ def torch_updates(arguments, updates):
 
 
 def cpu_seconds(command):
+    """Runs a command, and returns its CPU seconds and its wall seconds."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     begun = time.perf_counter()
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
@@ -83,18 +90,20 @@ def cpu_seconds(command):
 
 
 def ours(arguments, updates):
+    """Returns the command that runs updates in partprobe."""
     points = [str(n) for n in arguments.points]
     return [arguments.program, arguments.trunk, "oracle-sdf", str(updates), str(arguments.threads), *points, str(arguments.labels)]
 
 
 def theirs(arguments, updates):
+    """Returns the command that runs updates in PyTorch."""
     points = [str(n) for n in arguments.points]
     shared = ["--trunk", arguments.trunk, "--threads", str(arguments.threads), "--labels", str(arguments.labels)]
     return [sys.executable, __file__, "--worker", str(updates), *shared, "--points", *points]
 
 
 def milliseconds_per_update(command, arguments):
-    """CPU and wall time of one update: what more updates cost beyond fewer ones."""
+    """Returns the CPU and wall time of one update, from the difference between many and few updates."""
     few, many = arguments.updates // 4, arguments.updates
     (cpu_few, wall_few), (cpu_many, wall_many) = (cpu_seconds(command(arguments, n)) for n in (few, many))
     return [1e3 * (b - a) / (many - few) for a, b in ((cpu_few, cpu_many), (wall_few, wall_many))]
@@ -116,7 +125,7 @@ def main():
         return torch_updates(arguments, arguments.worker)
     os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
     for command in (ours, theirs):
-        # The first start reads the libraries from the disk, which would be taken for a part of the updates.
+        # The first start reads the libraries from the disk. It is not counted, because this time does not belong to the updates.
         cpu_seconds(command(arguments, 1))
     rounds = [[milliseconds_per_update(command, arguments) for command in (ours, theirs)] for _ in range(arguments.rounds)]
     print("| | CPU ms per update | wall ms per update |\n|---|---|---|")

@@ -1,11 +1,17 @@
-"""A training step and a forward pass of partprobe against PyTorch: same network, same tokens a shape, same threads.
+"""Compares a training step and a forward pass of partprobe with PyTorch.
 
-In: the program, numbers of tokens, a patch, a preset. Out: a table of medians, peak memory, and ratios partprobe/torch.
-Both get the same tokens, which the program writes, and start from ready index tables. They run in turn, several rounds of
-one process each, so that a busy machine burdens both; the best round of each counts. PyTorch's is the fastest of two
-convolutions (one gather and one product, or a product for each occupied cell) and two attentions (the fused one, or
-softmax of a product).
-Run it by `just bench-torch`.
+    bench_step.py [--partprobe PROGRAM] [--tokens N...] [--patch N] [--preset NAME]        or: just bench-torch [--tokens N...]
+
+Input: the program, numbers of tokens per shape, the length of a patch, and a preset of the network.
+Output: on stdout, for each number of tokens: the medians of the times, the peak memory, and the ratios partprobe/PyTorch.
+Needs torch, numpy and safetensors.
+
+Both programs use the same network, the same number of tokens and the same number of threads. partprobe writes the tokens, and both start
+with prepared index tables. They run in turns, in several rounds with one process each, so that other work of the machine slows both. The
+best round of each program counts.
+
+PyTorch is measured with two formulations of the convolution (one gather and one product, or one product for each occupied cell) and two
+of the attention (the fused operation, or softmax of a product). The fastest combination is compared.
 """
 
 import argparse
@@ -23,7 +29,10 @@ ATTENTIONS = ("sdpa", "softmax")
 
 
 def torch_figures(arguments):
-    """Runs in a process of its own, so that its peak memory is that of this formulation alone."""
+    """Returns the times and the peak memory of PyTorch.
+
+    It runs in its own process, so that the peak memory is that of one formulation.
+    """
     import torch
     from twin import PRESETS, Network, batch_of, ptv3, tokens_of_file, training_step
 
@@ -60,10 +69,12 @@ def torch_figures(arguments):
 
 
 def run(command):
+    """Runs a command, and returns the object that it prints as JSON."""
     return json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
 
 
 def partprobe_run(arguments, n_tokens, tokens_file):
+    """Returns the times and the peak memory of partprobe, and writes its tokens to a file."""
     settings = [f"net.backbone.patch={arguments.patch}", f"net.backbone.preset={arguments.preset}"]
     command = [arguments.partprobe, "bench", "step", "--json", "--tokens", n_tokens, "--steps", arguments.steps]
     command += ["--jobs", arguments.threads, "--tokens-out", tokens_file]
@@ -73,17 +84,19 @@ def partprobe_run(arguments, n_tokens, tokens_file):
 
 
 def torch_run(arguments, tokens_file, conv, mix):
+    """Returns the times and the peak memory of one formulation in PyTorch."""
     command = [sys.executable, __file__, "--worker", "--conv", conv, "--mix", mix, "--preset", arguments.preset]
     command += ["--patch", arguments.patch, "--steps", arguments.steps, "--threads", arguments.threads]
     return run([str(word) for word in command + ["--tokens-file", tokens_file]])
 
 
 def best(rounds):
-    """The lowest of each figure over the rounds; a busy machine only ever adds."""
+    """Returns the lowest value of each figure over the rounds. Other work of the machine can only increase a figure."""
     return {key: min(figures[key] for figures in rounds) for key in rounds[0] if key != "tokens"}
 
 
 def compare(arguments, n_tokens, tokens_file):
+    """Measures both programs with a number of tokens, and prints the results."""
     ours, theirs = [], {}
     for _ in range(arguments.rounds):
         ours.append(partprobe_run(arguments, n_tokens, tokens_file))
@@ -95,13 +108,14 @@ def compare(arguments, n_tokens, tokens_file):
     for name, figures in theirs.items():
         print(f"  torch {name[0]}/{name[1]}: {line(figures)}")
     print(f"  partprobe: {line(ours)}")
-    # The formulation with the fastest step is the opponent in all columns; its own memory counts.
+    # partprobe is compared with the formulation that has the fastest step, in all columns, the memory included.
     name = min(theirs, key=lambda name: theirs[name]["step_ms"])
     ratios = ", ".join(f"{key} {ours[key] / theirs[name][key]:.2f}" for key in ours if key in theirs[name])
     print(f"  ratios to {name[0]}/{name[1]}: {ratios}", flush=True)
 
 
 def line(figures):
+    """Returns the figures as text."""
     return ", ".join(f"{key} {value:.0f}" for key, value in figures.items() if key != "shapes_per_minute")
 
 

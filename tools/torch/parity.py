@@ -1,10 +1,12 @@
-"""Is the network of partprobe the one of `twin.py`? Outputs and every gradient, tensor by tensor.
+"""Checks that the network of partprobe computes the same as `twin.py`: the outputs and every gradient, tensor by tensor.
 
-    parity.py check CASE...            cases that `partprobe parity` wrote: whole networks on real tokens
-    parity.py vectors FILE             writes the small vectors that a Rust test compares with, without Python
-    parity.py run PARTPROBE WORK       makes cases of every kind with the program and checks them
+    parity.py check CASE...            checks cases that `partprobe parity` wrote: whole networks on real tokens
+    parity.py vectors FILE             writes small vectors, with which a Rust test compares without Python
+    parity.py run PARTPROBE WORK       makes a case of every kind with the program, and checks it
 
-Needs torch, numpy and safetensors. Exit code 1 if a tensor is further off than allowed.
+Output: `check` and `run` print a Markdown table, with the largest relative difference of each case and its tensor.
+Exit status: 1 if a tensor differs by more than 1e-3.
+Needs torch, numpy and safetensors.
 """
 
 import argparse
@@ -21,38 +23,40 @@ from torch import nn
 
 import twin
 
-#: Relative L2 norm of the difference that a whole network may have, tensor by tensor.
+#: The largest relative L2 norm of the difference that is allowed for each tensor of a whole network.
 NETWORK_TOLERANCE = 1e-3
-#: A bias whose gradient is smaller than this, relative to that of its matrix, is one that a batch norm takes away.
+#: If the gradient of a bias is smaller than this, relative to that of its matrix, a batch norm cancels the bias.
 IN_VAIN = 1e-5
-#: Width of the blocks of the vectors, and their patches.
+#: The width of the blocks in the file of vectors, and the length of their patches.
 WIDTH, PATCH = 16, 16
 
 
 def relative(found, expected):
+    """Returns the L2 norm of the difference, relative to the norm of the expected tensor."""
     size = torch.linalg.vector_norm(expected.double())
     return (torch.linalg.vector_norm(found.double() - expected.double()) / size.clamp_min(1e-30)).item()
 
 
 def is_in_vain(module, name):
-    """Whether a batch norm takes the parameter away again: its gradient is 0 but for rounding."""
+    """Returns whether a batch norm cancels the parameter, so that its gradient is 0 except for rounding."""
     owner, _, field = name.rpartition(".linear.")
     return field == "bias" and isinstance(getattr(module.get_submodule(owner), "norm", None), nn.BatchNorm1d)
 
 
 def our_name(name):
-    """The name that partprobe gives a parameter of the twin."""
+    """Returns the name that partprobe gives to a parameter of the twin."""
     return name.replace(".conv.linear.", ".conv.").replace("conv.linear.weight", "conv.weight").replace(
         "conv.linear.bias", "conv.bias"
     ).replace("running_var", "running_variance")
 
 
 def our_layout(tensor):
-    """Matrices stand as [in, out] in partprobe's files."""
+    """Returns a tensor in the layout of partprobe's files, in which matrices are [in, out]."""
     return tensor.t() if tensor.dim() == 2 else tensor
 
 
 def load_weights(module, value_of):
+    """Sets all parameters and running statistics of a module. `value_of` returns the tensor for a name and a shape of partprobe."""
     with torch.no_grad():
         for name, tensor in [*module.named_parameters(), *module.named_buffers()]:
             if not name.endswith("num_batches_tracked"):
@@ -63,7 +67,7 @@ def load_weights(module, value_of):
 
 
 def backbone_of(config):
-    """The twin of the backbone that `[net.backbone]` describes."""
+    """Returns the twin of the backbone that `[net.backbone]` describes."""
     if config["type"] == "litept":
         return twin.litept(config["preset"], config["norm"])
     if config["type"] == "ptx":
@@ -74,7 +78,7 @@ def backbone_of(config):
 
 
 def check_case(path):
-    """The largest relative difference of a case, with the name of its tensor."""
+    """Prints the row of a case, and returns its largest relative difference."""
     tensors = load_file(path)
     with safe_open(path, "pt") as file:
         config = json.loads(file.metadata()["partprobe"])["content"]
@@ -100,13 +104,13 @@ def check_case(path):
         found, expected = tensors[f"gradients.{our_name(name)}"], our_layout(parameter.grad)
         matrix = tensors.get(f"gradients.{our_name(name).removesuffix('.bias')}.weight")
         if backbone["norm"] == "batch" and name.endswith(".bias") and expected.norm() < IN_VAIN * matrix.norm():
-            # A batch norm takes such a bias away again: the gradient is 0 but for rounding, and must be so here too.
+            # A batch norm cancels such a bias. Its gradient is 0 except for rounding, and must be so in partprobe, too.
             differences[f"gradients.{our_name(name)}"] = (found.norm() / matrix.norm()).item()
         else:
             differences[f"gradients.{our_name(name)}"] = relative(found, expected)
     if statistics:
         differences["statistics"] = relative(torch.cat(statistics), tensors["statistics"].reshape(-1))
-    # The pass above has moved the running statistics; the test-time embeddings are those of before.
+    # The pass above has changed the running statistics. The embeddings at test time are computed with those before it.
     load_weights(network, lambda name, _: tensors[f"weights.{name}"])
     network.eval()
     with torch.no_grad():
@@ -121,7 +125,7 @@ def check_case(path):
 
 
 def batch_of(shapes, patch, turns):
-    """Features, stem neighbors and levels of several shapes as one."""
+    """Returns the features, the neighbors for the stem, and the levels of several shapes, joined."""
     levels, stems, first = [], [], 0
     n_all = sum(len(features) for features, _, _ in shapes)
     for features, cells, axes in shapes:
@@ -135,7 +139,10 @@ def batch_of(shapes, patch, turns):
 
 
 def batch_statistics(network):
-    """A list that a training pass fills with the mean and the unbiased variance of each batch norm, in its order."""
+    """Returns a list that a training pass fills.
+
+    It gets the mean and the unbiased variance of each batch norm, in the order in which the pass reaches them.
+    """
     found = []
 
     def record(_module, inputs, _output):
@@ -169,7 +176,7 @@ CASES = {
 
 
 def run(program, work):
-    """Makes two generated parts, a case of each kind on their tokens, and checks them one after the other."""
+    """Generates two parts, makes a case of each kind from their tokens, and checks the cases. Returns the largest difference."""
     work.mkdir(parents=True, exist_ok=True)
     steps = work / "step"
     subprocess.run([program, "synth", "-n", "2", "--seed", "3", "--out", steps], check=True, stdout=subprocess.DEVNULL)
@@ -188,7 +195,7 @@ def run(program, work):
 
 
 def planted(name, shape):
-    """Numbers between -1 and 1 that depend on a name only: splitmix64 from the name's FNV-1a hash."""
+    """Returns numbers between -1 and 1 that depend only on a name. They come from splitmix64, seeded with the FNV-1a hash of the name."""
     mask = (1 << 64) - 1
     seed = 0xCBF29CE484222325
     for byte in name.encode():
@@ -205,6 +212,8 @@ def planted(name, shape):
 
 
 def plant(module, case):
+    """Sets the weights of a module to planted numbers, and returns the module in training mode."""
+
     def value_of(name, shape):
         is_scale = name.endswith(("norm.weight", "running_variance"))
         size = np.sqrt(np.float32(1) / np.float32(shape[0])) if len(shape) == 2 else np.float32(0.5)
@@ -215,28 +224,31 @@ def plant(module, case):
 
 
 class Vectors:
-    """The tensors of the file in the making."""
+    """Collects the tensors for the file of vectors."""
 
     def __init__(self):
         self.tensors = {}
         self.shapes = [self.tokens(0, 40), self.tokens(1, 11)]
         turns = twin.fixed_turns(2)
-        # Features are planted anew in each case.
+        # Each case plants its own features, so these are zero.
         blank = [(torch.zeros(len(cells), twin.N_FEATURES), cells, axes) for cells, axes in self.shapes]
         _, self.stem, self.levels = batch_of(blank, PATCH, turns)
 
     def tokens(self, idx, n):
+        """Makes the tokens of one shape, stores them, and returns their cells and axes."""
         tokens = twin.random_tokens(n, seed=idx)
         self.tensors[f"tokens.{idx}.cells"] = torch.from_numpy(tokens.cells.astype(np.float32))
         self.tensors[f"tokens.{idx}.axes"] = torch.from_numpy(tokens.axes.astype(np.float32))
         return tokens.cells, tokens.axes
 
     def features(self, case):
+        """Returns the planted features of all tokens for a case."""
         return torch.cat(
             [planted(f"{case}/features.{i}", (len(cells), twin.N_FEATURES)) for i, (cells, _) in enumerate(self.shapes)]
         )
 
     def add(self, case, module, n_rows, forward):
+        """Runs a module forward and backward, and stores its output, its batch statistics and its gradients."""
         plant(module, case)
         statistics = batch_statistics(module)
         rows = [planted(f"{case}/rows.{idx}", (n, WIDTH)).requires_grad_() for idx, n in enumerate(n_rows)]
@@ -254,7 +266,7 @@ class Vectors:
 
 
 class Small(nn.Module):
-    """A backbone of two stages and a head; with batch norms it has no block, so that the file stays small."""
+    """A backbone of two stages, and a head. With batch norms it has no block, so that the file stays small."""
 
     def __init__(self, norm):
         super().__init__()
@@ -267,6 +279,7 @@ class Small(nn.Module):
 
 
 def write_vectors(path):
+    """Writes the file of vectors."""
     vectors = Vectors()
     fine, coarse = vectors.levels
     vectors.add("xcpe", twin.Xcpe(WIDTH, "gather"), [fine.n], lambda m, rows: m(rows[0], fine))

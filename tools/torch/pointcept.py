@@ -1,12 +1,13 @@
-"""Pointcept's own code on partprobe's files, on the CPU.
+"""Runs Pointcept's own code on files of partprobe, on the CPU.
 
-    pointcept.py weights POINTCEPT PARTPROBE WORK   random weights of its PTv3, converted both ways and run on the same tokens
-    pointcept.py loader POINTCEPT FOLDER            a folder of `export pointcept`, read by its own config reader and data set
-    pointcept.py unpack CHECKPOINT FILE             a checkpoint (.pth) as a safetensors file, for `weights from-pointcept`
-    pointcept.py pack FILE CHECKPOINT               the safetensors file of `weights to-pointcept` as a checkpoint
+    pointcept.py weights POINTCEPT PARTPROBE WORK   converts random weights of Pointcept's PTv3 both ways, and runs both networks
+    pointcept.py loader POINTCEPT FOLDER            reads a folder of `export pointcept` with Pointcept's config reader and data set
+    pointcept.py unpack CHECKPOINT FILE             writes a checkpoint (.pth) as a safetensors file, for `weights from-pointcept`
+    pointcept.py pack FILE CHECKPOINT               writes a safetensors file of `weights to-pointcept` as a checkpoint
 
-POINTCEPT is a checkout of github.com/Pointcept/Pointcept, of which nothing is part of this repository. Needs torch, numpy,
-safetensors, spconv, addict and timm. Exit code 1 if the networks differ by more than allowed.
+Input: POINTCEPT is a checkout of github.com/Pointcept/Pointcept. This repository contains no part of it.
+Exit status: 1 if the networks differ by more than allowed, or if the loader finds a problem.
+Needs torch, numpy, safetensors, spconv, addict and timm.
 """
 
 import argparse
@@ -18,7 +19,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-# On several threads, spconv's convolution on the CPU gives other numbers at each call.
+# On several threads, the results of spconv's convolution on the CPU change from call to call.
 os.environ["OMP_NUM_THREADS"] = "1"
 
 import torch
@@ -26,7 +27,7 @@ from safetensors.torch import load_file, save_file
 
 import pointcept_packages
 
-#: Relative L2 norm of the difference that features may have.
+#: The largest relative L2 norm of the difference that is allowed.
 TOLERANCE = 1e-4
 CURVES = ("z", "z-trans", "hilbert", "hilbert-trans")
 PATCH = 1024
@@ -37,12 +38,12 @@ SETTINGS = [
     "net.backbone.xcpe_of_skip=true",
     "tokens.voxels=plain",
 ]
-#: Tokens of the shapes that both networks see; with more than PATCH, the finest levels have several patches.
+#: The number of tokens of the shape that both networks get. It is larger than PATCH, so that the finest levels have several patches.
 TOKENS = 2600
 
 
 def network():
-    """Pointcept's PTv3 as published, with random weights, norms and running statistics."""
+    """Returns Pointcept's PTv3 as published, with random weights, norms and running statistics."""
     torch.manual_seed(7)
     importlib.import_module("pointcept.models")
     models = importlib.import_module("pointcept.models.builder").MODELS
@@ -62,17 +63,17 @@ def network():
 
 
 def turned_curves():
-    """Replaces the shuffle of the curves by partprobe's fixed order: level l begins with the l-th curve."""
+    """Replaces the shuffle of the curves with the fixed order of partprobe, in which level l begins with the l-th curve."""
     calls = iter([[0, 1, 2, 3]] + [[1, 2, 3, 0]] * 4)
     torch.randperm = lambda _n: torch.tensor(next(calls))
 
 
 def features(model, case, shape, training):
-    """The rows of Pointcept's network for the tokens of one shape."""
+    """Returns the rows that Pointcept's network computes for the tokens of one shape."""
     rows, cells = case[f"shapes.{shape}.features"], case[f"shapes.{shape}.cells"].long()
     highest = int(cells.max())
     if (highest + 1).bit_length() != highest.bit_length():
-        sys.exit(f"the highest cell is {highest}: Pointcept takes one bit more for it, and Hilbert curves differ; change TOKENS")
+        sys.exit(f"the highest cell is {highest}: Pointcept uses one more bit for it, so its Hilbert curves differ; change TOKENS")
     model.train(training)
     for module in model.modules():
         # Without a GPU, spconv adds a bias in training mode only. A convolution computes the same in both modes.
@@ -88,15 +89,16 @@ def features(model, case, shape, training):
 
 
 def relative(found, expected):
+    """Returns the L2 norm of the difference, relative to the norm of the expected tensor."""
     return (torch.linalg.vector_norm(found.double() - expected.double()) / torch.linalg.vector_norm(expected.double())).item()
 
 
 def compare(model, weights, case, shape):
-    """The difference in training and at test time, behind partprobe's head."""
+    """Returns the larger of the differences in training and at test time, after the head of partprobe."""
     head = lambda rows: rows @ weights["head.weight"] + weights["head.bias"]
     unit = torch.nn.functional.normalize(head(features(model, case, shape, False)), dim=1)
     at_test = relative(case[f"shapes.{shape}.embedding"], unit)
-    # This pass moves the running statistics, which nobody reads afterward.
+    # This pass changes the running statistics. It comes last, so that no other pass uses them.
     in_training = relative(case[f"shapes.{shape}.output"], head(features(model, case, shape, True)))
     n = len(case[f"shapes.{shape}.cells"])
     print(f"{n} tokens: difference {at_test:.1e} at test time, {in_training:.1e} in training")
@@ -104,7 +106,7 @@ def compare(model, weights, case, shape):
 
 
 def check_weights(checkout, program, work):
-    """Converts random weights both ways, and runs both networks."""
+    """Converts random weights both ways, and runs both networks. Returns the exit status."""
     pointcept_packages.checkout(checkout)
     work.mkdir(parents=True, exist_ok=True)
     model = network()
@@ -135,7 +137,7 @@ def check_weights(checkout, program, work):
 
 # --- An exported folder ----------------------------------------------------------------------------------------------
 
-#: What evaluator and tester of each experiment read from a batch.
+#: For each experiment, its evaluator, its tester, and the entries of a batch that they read.
 EXPERIMENTS = {
     "insseg.py": ("InsSegEvaluator", "InsSegTester", {"coord", "grid_coord", "segment", "instance", "instance_centroid",
                   "bbox", "origin_coord", "origin_segment", "origin_instance", "offset", "origin_offset", "feat", "name"}),
@@ -145,7 +147,7 @@ EXPERIMENTS = {
 
 
 def check_loader(checkout, folder):
-    """Reads both experiments with Pointcept's config reader, loads all shapes, and takes a training step."""
+    """Reads both experiments with Pointcept's config reader, loads all shapes, and takes a training step. Returns the exit status."""
     pointcept_packages.checkout(checkout)
     importlib.import_module("pointcept.models")
     importlib.import_module("pointcept.datasets")
@@ -178,7 +180,7 @@ def check_loader(checkout, folder):
 
 
 def sample_problems(sample, config):
-    """What is wrong with one shape behind the transforms."""
+    """Returns what is wrong with one shape after the transforms."""
     if "fragment_list" in sample:
         n = sum(len(fragment["index"]) for fragment in sample["fragment_list"])
         is_whole = n >= len(sample["segment"])
@@ -195,7 +197,7 @@ def sample_problems(sample, config):
 
 
 def training_step(config, build_dataset, collate):
-    """One update of the config's model on two shapes, with a smaller backbone, since this is a CPU."""
+    """Runs two updates of the config's model on two shapes, and returns the losses as text. The backbone is smaller, for the CPU."""
     models = importlib.import_module("pointcept.models.builder").MODELS
     model_config = copy.deepcopy(config.model)
     small = dict(enc_depths=(1,) * 5, dec_depths=(1,) * 4, enc_patch_size=(256,) * 5, dec_patch_size=(256,) * 4)
@@ -204,7 +206,7 @@ def training_step(config, build_dataset, collate):
     model = models.build(model_config).train()
     dataset = build_dataset(config.data.train)
     batch = collate([dataset[idx % len(dataset)] for idx in range(2)], mix_prob=0)
-    # Without a GPU, spconv's backward pass still asks for a CUDA stream, and does not use it.
+    # Even without a GPU, the backward pass of spconv asks for a CUDA stream, which it does not use.
     importlib.import_module("spconv.pytorch.ops").get_current_stream = lambda: 0
     optimizer = torch.optim.AdamW(model.parameters(), lr=1e-3)
     losses = []
@@ -221,7 +223,7 @@ def training_step(config, build_dataset, collate):
 
 
 def unpack(checkpoint, file):
-    """Reads tensors only: other objects in the checkpoint are refused by torch."""
+    """Writes the tensors of a checkpoint to a safetensors file. torch refuses a checkpoint with other objects."""
     state = torch.load(checkpoint, map_location="cpu", weights_only=True)
     state = state.get("state_dict", state)
     save_file({name: tensor.float().contiguous() if tensor.is_floating_point() else tensor for name, tensor in state.items()}, file)
@@ -230,7 +232,7 @@ def unpack(checkpoint, file):
 
 
 def pack(file, checkpoint):
-    """The form that Pointcept's CheckpointLoader reads."""
+    """Writes tensors as a checkpoint that Pointcept's CheckpointLoader can read."""
     torch.save({"state_dict": load_file(file), "epoch": 0}, checkpoint)
     print(checkpoint)
     return 0
@@ -257,6 +259,6 @@ def main():
 
 
 if __name__ == "__main__":
-    # `import pointcept` means the checkout, which comes first on the path, and not this file.
+    # The folder of this file is removed from the path. Otherwise, `import pointcept` would import this file and not the checkout.
     sys.path = [path for path in sys.path if Path(path or ".").resolve() != Path(__file__).resolve().parent]
     sys.exit(main())

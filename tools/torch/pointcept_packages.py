@@ -1,8 +1,8 @@
 """Makes a checkout of Pointcept importable on a CPU: `checkout(PATH)` puts it on Python's path.
 
-Pointcept imports packages that only build with CUDA, or that other models of it need. `torch_scatter` only reduces, so it is
-written here with torch's own operations. The others are placeholders: they can be imported, and fail when they are called.
-Nothing is taken from Pointcept.
+Pointcept imports packages that only build with CUDA, or that only other models need. This module replaces `torch_scatter`, which
+reduces rows, with operations of torch. The other packages get placeholders, which can be imported but not used. No code of Pointcept is
+copied.
 """
 
 import importlib.abc
@@ -14,7 +14,7 @@ from pathlib import Path
 
 import torch
 
-#: Top-level packages that get a placeholder if they are not installed.
+#: The top-level packages that get a placeholder if they are not installed.
 PLACEHOLDERS = (
     "clip camtools cv2 dwconv einops MinkowskiEngine mmcv nuscenes open3d peft pointgroup_ops pointops "
     "pointops2 pointrope pointseg plyfile sklearn SharedArray tensorboardX torch_cluster torch_geometric torch_points3d "
@@ -23,7 +23,7 @@ PLACEHOLDERS = (
 
 
 class Placeholder(types.ModuleType):
-    """A module of which each name is a class that cannot be used."""
+    """A module in which every name is a class that cannot be instantiated."""
 
     __path__ = []
 
@@ -38,7 +38,7 @@ class Placeholder(types.ModuleType):
 
 
 class PlaceholderFinder(importlib.abc.MetaPathFinder, importlib.abc.Loader):
-    """The last finder that Python asks, so that an installed package is preferred."""
+    """Finds the placeholders. Python asks it last, so an installed package is preferred."""
 
     def find_spec(self, name, _path=None, _target=None):
         is_known = name.split(".")[0] in PLACEHOLDERS
@@ -52,12 +52,12 @@ class PlaceholderFinder(importlib.abc.MetaPathFinder, importlib.abc.Loader):
 
 
 def segment_csr(src, indptr, reduce="sum"):
-    """Reduces the rows between one pointer and the next."""
+    """Returns the reduced rows of each segment between one pointer and the next."""
     return torch.segment_reduce(src, reduce, offsets=indptr, axis=0)
 
 
 def scatter(src, index, dim=0, dim_size=None, reduce="sum"):
-    """Reduces rows with one index."""
+    """Returns, for each index, the reduced rows with this index."""
     assert dim == 0
     n = int(index.max()) + 1 if dim_size is None else dim_size
     index = index.view(-1, *[1] * (src.dim() - 1)).expand_as(src)

@@ -1,9 +1,13 @@
-"""The network of partprobe in PyTorch, written from PTv3's paper and partprobe's documentation, with torch's own layers.
+"""Computes the network of partprobe in PyTorch, with torch's own layers.
 
-In: tokens (features, grid cells, dominant normal axes) and weights in partprobe's layout. Out: un-normalized embeddings.
-The serialization (curves, patches, neighbors, pooling) is computed here in numpy, from the cells alone: nothing is
-taken over from the Rust side but names and layouts, so that agreement of the two proves both.
-`parity.py` compares the two; a benchmark can take `Network`, `tokens_of_file` and `training_step`.
+It was written from the paper of PTv3 and partprobe's documentation.
+
+Input: tokens (features, grid cells, dominant normal axes), and weights in partprobe's layout.
+Output: embeddings that are not normalized.
+
+The serialization (curves, patches, neighbors, pooling) is computed here in numpy, only from the cells. Nothing except names and layouts
+comes from the Rust code, so their agreement shows that both are right. `parity.py` compares them. A benchmark can use `Network`,
+`tokens_of_file` and `training_step`.
 """
 
 import math
@@ -24,7 +28,7 @@ CURVES = ("z", "z-trans", "hilbert", "hilbert-trans")
 
 @dataclass(frozen=True)
 class Stages:
-    """Depths and widths: the encoder's from the finest stage up, the decoder's from the finest stage up."""
+    """The depths and widths of the encoder and the decoder, both from the finest stage to the coarsest."""
 
     encoder_depths: tuple
     encoder_widths: tuple
@@ -46,7 +50,7 @@ LITEPT_PRESETS = {
     "tiny": Stages((1, 1, 2, 2), (36, 72, 108, 144), (0, 0, 0), (72, 72, 108)),
     "small": Stages((2, 2, 2, 6, 2), (36, 72, 144, 252, 504), (0, 0, 0, 0), (72, 72, 144, 252)),
 }
-#: How many of the finest stages of LitePT have convolutions.
+#: The number of LitePT's finest stages that have convolutions.
 LITEPT_CONVOLUTIONS = {"micro": 2, "tiny": 2, "small": 3}
 
 
@@ -54,7 +58,7 @@ LITEPT_CONVOLUTIONS = {"micro": 2, "tiny": 2, "small": 3}
 
 
 def interleave(x, y, z, depth):
-    """Morton codes: the bits of x, y, z in turn, x the most significant of each triplet."""
+    """Returns Morton codes: the bits of x, y and z in turn, with x as the most significant bit of each triplet."""
     code = np.zeros(len(x), np.int64)
     for bit in range(depth):
         for place, axis in ((2, x), (1, y), (0, z)):
@@ -63,7 +67,7 @@ def interleave(x, y, z, depth):
 
 
 def hilbert(x, y, z, depth):
-    """Codes along the Hilbert curve, by Skilling's transposition (AIP Conf. Proc. 707, 2004), most significant bit first."""
+    """Returns codes along the Hilbert curve, by Skilling's transposition (AIP Conf. Proc. 707, 2004), most significant bit first."""
     axes = [x.copy(), y.copy(), z.copy()]
     for bit in range(depth - 1, 0, -1):
         low = (1 << bit) - 1
@@ -81,6 +85,7 @@ def hilbert(x, y, z, depth):
 
 
 def curve_code(curve, cells, depth):
+    """Returns the code of each cell along a curve. The `-trans` curves swap x and y."""
     x, y, z = cells.T.astype(np.int64)
     if curve.endswith("-trans"):
         x, y = y, x
@@ -88,7 +93,11 @@ def curve_code(curve, cells, depth):
 
 
 def neighbor_table(cells, axes, radius):
-    """`[token, (2r+1)^3]`, z fastest: the token of the same axis in the cell, else the lowest token there, else n."""
+    """Returns the neighbors of each token, `[token, (2r+1)^3]`, with z as the fastest axis.
+
+    An entry is the token in the neighbor cell with the same axis. If there is none, it is the lowest token in that cell, and n if the cell
+    is empty.
+    """
     n, side = len(cells), 2 * radius + 1
     shifted = cells.astype(np.int64) + radius
     extent = int(shifted.max(initial=0)) + radius + 1
@@ -113,7 +122,7 @@ def neighbor_table(cells, axes, radius):
 
 @dataclass
 class Patches:
-    """Tokens patch by patch, where in that list each token stands as itself, and the length of a patch."""
+    """The tokens patch by patch (`order`), the position of each token in this list (`place`), and the length of a patch (`size`)."""
 
     order: torch.Tensor
     place: torch.Tensor
@@ -122,20 +131,23 @@ class Patches:
 
 @dataclass
 class Level:
-    """The tokens of one grid size, of one shape or of several one behind the other."""
+    """The tokens of one grid size, of one shape or of several shapes one after the other."""
 
     n: int
-    #: `[token, 3]`, as numbers of the network.
+    #: `[token, 3]`, as floating-point numbers.
     cells: torch.Tensor
     neighbors: torch.Tensor
-    #: For each shape one `Patches` a turn.
+    #: One list per shape, with one `Patches` per turn.
     patches: list
     cluster: torch.Tensor = None
     members: torch.Tensor = None
 
 
 def patches_along(order, patch):
-    """PTv3's rule: the last patch is filled up with the same places of the patch before; few tokens are one patch."""
+    """Returns the patches along a curve, by PTv3's rule.
+
+    The last patch is filled up with the tokens at the same positions of the patch before it. If there are few tokens, they form one patch.
+    """
     n = len(order)
     size = max(1, min(patch, n))
     n_padded = math.ceil(n / size) * size
@@ -147,12 +159,12 @@ def patches_along(order, patch):
 
 
 def fixed_turns(n_levels, orders=CURVES):
-    """The order of the curves on each level at test time: level l starts with the l-th."""
+    """Returns the order of the curves on each level at test time: level l starts with the l-th curve."""
     return [[orders[(level + i) % len(orders)] for i in range(len(orders))] for level in range(n_levels)]
 
 
 def levels_of(cells, axes, patch, turns):
-    """The hierarchy of one shape. Codes of coarser levels are those of the finest one without their last bits."""
+    """Returns the levels of one shape. The code of a coarser cell is that of a finer cell without its last bits."""
     cells, axes = np.asarray(cells, np.int64), np.asarray(axes, np.int64)
     depth = max(1, int(cells.max(initial=0)).bit_length())
     codes = {curve: curve_code(curve, cells, depth) for curve in CURVES}
@@ -174,7 +186,7 @@ def levels_of(cells, axes, patch, turns):
 
 
 def members_of(cluster, n_clusters):
-    """Up to eight tokens a cluster; the first one is repeated where there are fewer."""
+    """Returns up to eight tokens per cluster, `[cluster, 8]`. If there are fewer, the first one is repeated."""
     by_cluster = np.argsort(cluster, kind="stable")
     starts = np.searchsorted(cluster[by_cluster], np.arange(n_clusters + 1))
     slots = starts[:-1, None] + np.arange(8)
@@ -182,7 +194,7 @@ def members_of(cluster, n_clusters):
 
 
 def joined(shapes):
-    """The levels of several shapes as one: tokens one behind the other, each shape with its own patches."""
+    """Returns the levels of several shapes as one. The tokens follow each other, and each shape keeps its own patches."""
     result = []
     for levels in zip(*shapes):
         n = sum(level.n for level in levels)
@@ -210,13 +222,13 @@ def joined(shapes):
     return result
 
 
-# --- The network, of torch's own layers -----------------------------------------------------------------------------
+# --- The network, from torch's own layers ---------------------------------------------------------------------------
 
 
 class Convolution(nn.Module):
-    """A submanifold convolution: one matrix for each cell of the neighborhood; its weight is `[cell * in, out]`.
+    """A submanifold convolution, with one matrix for each cell of the neighborhood. Its weight is `[cell * in, out]`.
 
-    `formulation` is "gather" (one gather, one product) or "offsets" (a product for each cell, over the occupied ones).
+    `formulation` is "gather" (one gather, one product) or "offsets" (one product for each cell, over the tokens whose cell is occupied).
     """
 
     def __init__(self, volume, dim_in, dim_out, bias, formulation="gather"):
@@ -238,11 +250,12 @@ class Convolution(nn.Module):
 
 
 def norm_of(kind, width):
+    """Returns a batch norm or a layer norm."""
     return nn.BatchNorm1d(width, eps=1e-3, momentum=0.01) if kind == "batch" else nn.LayerNorm(width)
 
 
 def patch_attention(qkv, patches, formulation="sdpa", head_dim=HEAD_DIM):
-    """Attention within each patch; `patches` holds one entry a shape, whose rows come in that order."""
+    """Returns the attention within each patch. `patches` has one entry per shape, in the order of the rows."""
     width = qkv.shape[1] // 3
     heads = width // head_dim
     mixed = []
@@ -258,7 +271,7 @@ def patch_attention(qkv, patches, formulation="sdpa", head_dim=HEAD_DIM):
 
 
 class Xcpe(nn.Module):
-    """What a block adds first: a 3³ submanifold convolution, a linear map and a norm."""
+    """The first branch of a block: a 3³ submanifold convolution, a linear map and a norm."""
 
     def __init__(self, width, formulation):
         super().__init__()
@@ -271,7 +284,7 @@ class Xcpe(nn.Module):
 
 
 class Attention(nn.Module):
-    """What a block adds next: attention within the patches of its curve."""
+    """The second branch of a block: attention within the patches of its curve."""
 
     def __init__(self, width, turn, formulation):
         super().__init__()
@@ -286,7 +299,7 @@ class Attention(nn.Module):
 
 
 class Mlp(nn.Module):
-    """What a block adds last: a perceptron with one hidden layer."""
+    """The last branch of a block: a perceptron with one hidden layer."""
 
     def __init__(self, width):
         super().__init__()
@@ -299,7 +312,7 @@ class Mlp(nn.Module):
 
 
 class Block(nn.Module):
-    """xCPE, patch attention and perceptron, each added to what came in."""
+    """xCPE, patch attention and perceptron. The output of each is added to its input."""
 
     def __init__(self, width, turn, xcpe=True, attention=True, xcpe_of_skip=False, conv="gather", mix="sdpa"):
         super().__init__()
@@ -329,7 +342,7 @@ class Stem(nn.Module):
 
 
 class Projection(nn.Module):
-    """A linear map, a norm and GELU; with `members`, a maximum over clusters behind the linear map."""
+    """A linear map, a norm and GELU. With `members`, the maximum over each cluster is taken after the linear map."""
 
     def __init__(self, dim_in, dim_out, norm):
         super().__init__()
@@ -344,7 +357,7 @@ class Projection(nn.Module):
 
 
 class EncoderStage(nn.Module):
-    """`block` makes a block of a width and a turn."""
+    """A pooling, unless it is the first stage, and blocks. `block` makes a block of a width and a turn."""
 
     def __init__(self, below, width, depth, norm, block):
         super().__init__()
@@ -353,6 +366,8 @@ class EncoderStage(nn.Module):
 
 
 class DecoderStage(nn.Module):
+    """The projections of an unpooling, and blocks. `block` makes a block of a width and a turn."""
+
     def __init__(self, below, skip, width, depth, norm, block):
         super().__init__()
         self.child = Projection(below, width, norm)
@@ -361,18 +376,21 @@ class DecoderStage(nn.Module):
 
 
 class Identity(nn.Module):
-    """Three perpendicular axes for each head: those of the grid."""
+    """The coordinates of the tokens along the axes of the grid, the same for each head."""
 
     def forward(self, cells, heads):
         return cells[:, None].expand(-1, heads, -1)
 
 
 class HeadAxes(nn.Module):
-    """Three perpendicular axes for each head, by Gram and Schmidt from two learned vectors; head h begins with axis h mod 3."""
+    """The coordinates of the tokens along three perpendicular axes for each head.
+
+    The axes come from two learned vectors by the method of Gram and Schmidt. Head h begins with axis h mod 3.
+    """
 
     def __init__(self, heads):
         super().__init__()
-        # Transposed, as torch keeps every matrix in comparison with partprobe.
+        # The vectors are transposed, because torch stores every matrix transposed compared with partprobe.
         self.along = nn.Parameter(torch.zeros(3, heads))
         self.beside = nn.Parameter(torch.zeros(3, heads))
 
@@ -388,7 +406,10 @@ class HeadAxes(nn.Module):
 
 
 def rotated(rows, angles, n_pairs):
-    """Complex numbers of channel pairs, turned; `rows` is `[n, heads, head_dim]`, `angles` one tensor for each axis."""
+    """Returns rows whose channel pairs, as complex numbers, are rotated by angles.
+
+    `rows` is `[n, heads, head_dim]`, and `angles` has one tensor for each axis.
+    """
     parts, start = [], 0
     for angle, n in zip(angles, n_pairs):
         own = torch.complex(rows[..., start : start + n], rows[..., start + n : start + 2 * n])
@@ -399,7 +420,7 @@ def rotated(rows, angles, n_pairs):
 
 
 class RotaryAttention(nn.Module):
-    """Attention within patches that turns queries and keys by the positions of their tokens."""
+    """Attention within patches. Queries and keys are rotated by the positions of their tokens."""
 
     def __init__(self, width, turn, head_dim, learned, formulation):
         super().__init__()
@@ -427,7 +448,7 @@ class RotaryAttention(nn.Module):
 
 
 class LiteptAttention(nn.Module):
-    """What a block of LitePT's coarse stages does."""
+    """The block of LitePT's coarse stages: a norm, attention and a perceptron."""
 
     def __init__(self, width, turn, mix):
         super().__init__()
@@ -442,7 +463,7 @@ class LiteptAttention(nn.Module):
 
 
 class LiteptBlock(nn.Module):
-    """A convolution that is added, on fine stages; norm, attention and perceptron on coarse ones."""
+    """A block of LitePT: on fine stages a convolution that is added; on coarse stages a norm, attention and a perceptron."""
 
     def __init__(self, width, turn, stage, n_convolutions, conv="gather", mix="sdpa"):
         super().__init__()
@@ -454,7 +475,7 @@ class LiteptBlock(nn.Module):
 
 
 class SquaredMlp(nn.Module):
-    """A perceptron with the square of ReLU."""
+    """A perceptron whose activation is the square of ReLU."""
 
     def __init__(self, width):
         super().__init__()
@@ -467,7 +488,7 @@ class SquaredMlp(nn.Module):
 
 
 class PtxBlock(nn.Module):
-    """Attention on learned axes and a perceptron, each added."""
+    """Attention along learned axes, and a perceptron. The output of each is added to its input."""
 
     def __init__(self, width, turn, mix="sdpa"):
         super().__init__()
@@ -492,7 +513,7 @@ class LinearStem(nn.Module):
 
 
 class UNet(nn.Module):
-    """A backbone; `decoder` runs from the coarsest stage down, as it is walked. `block` makes a block of stage, width and turn."""
+    """A backbone. `decoder` begins with the coarsest stage, as the pass does. `block` makes a block of stage, width and turn."""
 
     def __init__(self, stages, stem, norm, block):
         super().__init__()
@@ -522,7 +543,7 @@ class UNet(nn.Module):
                 rows = block(rows, level)
             skips.append(rows)
         for stage, skip, level in zip(self.decoder, skips[-2::-1], levels[-2::-1]):
-            # The child first: batch statistics are compared in the order of the pass.
+            # The child comes first, as in partprobe, because batch statistics are compared in the order of the pass.
             child = stage.child(rows)
             skip = stage.skip(skip)
             rows = child.index_select(0, level.cluster) + skip
@@ -532,6 +553,8 @@ class UNet(nn.Module):
 
 
 def ptv3(stages, norm="layer", conv="gather", **options):
+    """Returns the backbone PTv3."""
+
     def block(_stage, width, turn):
         return Block(width, turn, conv=conv, **options)
 
@@ -539,6 +562,7 @@ def ptv3(stages, norm="layer", conv="gather", **options):
 
 
 def litept(preset, norm="layer"):
+    """Returns the backbone LitePT."""
     stages = LITEPT_PRESETS[preset]
 
     def block(stage, width, turn):
@@ -548,6 +572,7 @@ def litept(preset, norm="layer"):
 
 
 def ptx(preset, norm="layer"):
+    """Returns the backbone PointTransformerX."""
     stages = PRESETS[preset]
 
     def block(_stage, width, turn):
@@ -557,7 +582,7 @@ def ptx(preset, norm="layer"):
 
 
 class Network(nn.Module):
-    """Backbone and linear head; the output is not normalized."""
+    """A backbone and a linear head. The output is not normalized."""
 
     def __init__(self, backbone, embedding_dim=128):
         super().__init__()
@@ -573,7 +598,7 @@ class Network(nn.Module):
 
 @dataclass
 class Tokens:
-    """Voxels of one shape in Morton order."""
+    """The voxels of one shape in Morton order."""
 
     features: torch.Tensor
     cells: np.ndarray
@@ -582,7 +607,10 @@ class Tokens:
 
 
 def random_tokens(n_tokens, seed=0):
-    """`n_tokens` voxels, keyed by cell and dominant normal axis, on the surface of a box; labels are its six sides."""
+    """Returns `n_tokens` voxels on the surface of a box, keyed by cell and dominant normal axis.
+
+    The labels are the six sides of the box.
+    """
     rng = np.random.default_rng(seed)
     extent = np.array([1.0, 0.7, 0.4])
     areas = np.repeat([extent[1] * extent[2], extent[0] * extent[2], extent[0] * extent[1]], 2)
@@ -612,7 +640,7 @@ def random_tokens(n_tokens, seed=0):
 
 
 def tokens_of_file(path):
-    """The tokens that `partprobe bench step --tokens-out` wrote."""
+    """Returns the tokens that `partprobe bench step --tokens-out` wrote."""
     tensors = load_file(path)
     cells = tensors["cells"].numpy().astype(np.int64)
     axes = tensors["axes"].reshape(-1).numpy().astype(np.int64)
@@ -620,18 +648,22 @@ def tokens_of_file(path):
 
 
 def voxel_keys(cells, axes):
+    """Returns a key for each point that is the same for points with the same cell and dominant axis."""
     return interleave(*cells.T, max(1, int(cells.max()).bit_length())) * 6 + axes
 
 
 def batch_of(tokens, patch, stages):
-    """What `Network.forward` takes, for one shape, with the fixed turns."""
+    """Returns the arguments of `Network.forward` for one shape, with the fixed turns."""
     turns = fixed_turns(len(stages.encoder_widths))
     stem = torch.from_numpy(neighbor_table(tokens.cells, tokens.axes, 2))
     return tokens.features, stem, levels_of(tokens.cells, tokens.axes, patch, turns)
 
 
 def cosdisc(rows, labels, pull_weight=2.0, pull_margin=0.0, push_margin=0.3, temperature=0.1):
-    """Pull, push and prototype cross-entropy, averaged over parts, with the weights and margins of partprobe's configs/base.toml."""
+    """Returns the loss: pull, push and prototype cross-entropy, averaged over parts.
+
+    The default weights and margins are those of partprobe's configs/base.toml.
+    """
     unit = F.normalize(rows, dim=1)
     _, part, count = torch.unique(labels, return_inverse=True, return_counts=True)
     n_parts = len(count)
@@ -648,7 +680,7 @@ def cosdisc(rows, labels, pull_weight=2.0, pull_margin=0.0, push_margin=0.3, tem
 
 
 def training_step(network, optimizer, batch, labels):
-    """Forward, loss, backward and an AdamW update on one shape; gives the loss."""
+    """Runs the forward pass, the loss, the backward pass and an AdamW update on one shape. Returns the loss."""
     optimizer.zero_grad(set_to_none=True)
     loss = cosdisc(network(*batch), labels)
     loss.backward()

@@ -1,15 +1,15 @@
 #!/usr/bin/env bash
-# Builds the wheel of Python, the module and the program: tools/wheel/build.sh [TARGET]. It needs Python with venv and pip.
-# TARGET, such as aarch64-unknown-linux-gnu or x86_64-unknown-linux-gnu, is for a wheel to publish: it needs only the C library of 2012 and
-# holds no paths of this machine. It needs rustup, and zig as the linker, which pip brings.
-# The wheel is written to wheels/ in the target folder, and its path is printed.
+# Builds the Python wheel, which contains the module and the program: tools/wheel/build.sh [TARGET]
+# Output: the wheel in wheels/ of the target folder, and its path as the last line on stdout. It needs Python with venv and pip.
+# TARGET, such as aarch64-unknown-linux-gnu or x86_64-unknown-linux-gnu, builds a wheel that can be published: it runs with the C library
+# of 2012 and contains no paths of this machine. This needs rustup. pip installs zig, which is the linker.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 export CARGO_TARGET_DIR="${CARGO_TARGET_DIR:-$PWD/target}"
 tools="$CARGO_TARGET_DIR/wheel-tools"
 scripts=crates/python/partprobe.data/scripts
 target=${1:-}
-# The C library of 2012, which every system has for which Python publishes wheels.
+# The C library of 2012. Every Linux system with glibc that can install wheels from PyPI today has it or a newer one.
 oldest=2.17
 
 test -x "$tools/bin/python" || python3 -m venv "$tools"
@@ -20,7 +20,7 @@ built="$CARGO_TARGET_DIR/release"
 if [ -n "$target" ] && commit=$(git rev-parse HEAD 2>/dev/null); then
     export PARTPROBE_COMMIT="${PARTPROBE_COMMIT:-$commit}"
 fi
-# The tag of the wheel depends on the library of the module, too.
+# The module's library is also built here, because the tag of the wheel depends on it.
 what=(--bins --lib)
 for_target=()
 if [ -n "$target" ]; then
@@ -30,26 +30,27 @@ if [ -n "$target" ]; then
     built="$CARGO_TARGET_DIR/$target/release"
     what=(--bin partprobe)
     for_target=(--target "$target")
-    # One linker for both builds. With those that cargo-zigbuild and maturin bring, cargo would compile everything twice.
+    # Both builds use this linker. With the different linkers of cargo-zigbuild and maturin, cargo would compile everything twice.
     linker="$tools/bin/link-$target"
     printf '#!/bin/sh\nexec "%s" zig cc -- -target %s "$@"\n' "$tools/bin/cargo-zigbuild" "${target/-unknown/}.$oldest" > "$linker"
     chmod +x "$linker"
     variable="CARGO_TARGET_${target^^}_LINKER"
     export "${variable//-/_}=$linker"
-    # The strip of this machine does not know the other processor.
+    # cargo strips the program, because `strip` of this machine does not know the other processor.
     export CARGO_PROFILE_RELEASE_STRIP=symbols
-    # Without a target these flags would make cargo compile again what the tests have compiled.
+    # These flags are set only for a target. Otherwise, cargo would compile again what the tests have compiled.
     export RUSTFLAGS="--remap-path-prefix=$PWD=/partprobe --remap-path-prefix=${CARGO_HOME:-$HOME/.cargo}=/cargo"
 fi
 
-# With `--workspace` the libraries have the features that they have everywhere: maturin finds them compiled.
+# With `--workspace`, the libraries have the same features as in other builds, so maturin finds them compiled.
 cargo build --release --locked --workspace "${what[@]}" "${for_target[@]}"
 rm -rf "$scripts"
 mkdir -p "$scripts"
 install -m 755 "$built/partprobe" "$scripts/partprobe"
 if [ -z "$target" ]; then strip "$scripts/partprobe"; fi
 
-# The tag of the wheel says which C library it needs at least. maturin looks at the module only, and the program may need a newer one.
+# The tag of the wheel says which C library it needs at least. It is computed here, because maturin looks only at the module, and the
+# program may need a newer C library.
 if [ -z "$target" ]; then
     newest=$(objdump -T "$scripts/partprobe" "$built/libpartprobe_python.so" |
         grep -o 'GLIBC_[0-9.]*' | sort -uV | tail -n 1)

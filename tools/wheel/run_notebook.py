@@ -1,6 +1,11 @@
 """Executes a notebook in a fresh folder, with the Python that runs this script.
 
-In: the path of the notebook. Out: exit status 1 and the error if a cell fails. The notebook itself is not changed.
+    run_notebook.py NOTEBOOK
+
+Input: the path of the notebook. The notebook itself is not changed.
+Output: the number of cells on stdout.
+Exit status: 1 if a cell fails; the error is on stderr.
+Needs nbclient and ipykernel.
 """
 
 import argparse
@@ -18,7 +23,7 @@ def main():
     notebook = nbformat.read(arguments.notebook, as_version=4)
     nbformat.validate(notebook)
     with tempfile.TemporaryDirectory() as folder:
-        # `python3` is the kernel of this interpreter.
+        # The kernel `python3` is the interpreter that runs this script.
         nbclient.NotebookClient(notebook, timeout=120, kernel_name="python3", resources={"metadata": {"path": folder}}).execute()
     n_cells = sum(cell.cell_type == "code" for cell in notebook.cells)
     print(f"{arguments.notebook}: {n_cells} cells")

@@ -146,7 +146,7 @@ fn shapes_are_divided_and_other_verbs_read_the_labels() {
         "--label",
         "predicted",
         "-o",
-        "ply",
+        "mesh",
     ];
     assert_code(&fixture.program(&export), 0);
     let ply_files = contents(&fixture.path("mesh"));
