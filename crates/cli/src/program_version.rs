@@ -2,8 +2,8 @@
 
 use std::sync::LazyLock;
 
-/// The commit from which the program was built, if `PARTPROBE_COMMIT` was set for the build. (The commit of the folder in which
-/// it runs may belong to any project.)
+/// The commit from which the program was built, if the build script knows it. (The commit of the folder in which it runs may belong
+/// to any project.)
 pub(crate) const COMMIT: Option<&str> = option_env!("PARTPROBE_COMMIT");
 
 /// The version with the commit, which `--version` prints.

@@ -119,6 +119,11 @@ fn partly(ahead: &str, references: &[&str], behind: &str) -> String {
 fn compared(row: &DifferenceRow, found: &Difference) -> Answer {
     let [first, second] = &row.compared;
     let mut power = row.resolution();
+    if found.n_seeds < 2 {
+        power.push_str(
+            " With one seed, the interval does not contain the variance between trainings.",
+        );
+    }
     if [first, second].contains(&&row.reference) {
         power.push_str(&format!(
             " The reference is one of the two: a backbone is favored by the reference that it was trained on ({}).",

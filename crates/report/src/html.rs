@@ -29,6 +29,18 @@ pub(crate) fn score_text(value: Option<f64>) -> String {
     value.map_or_else(|| "–".to_owned(), |value| format!("{value:.3}"))
 }
 
+/// Text with its parts between backticks as code.
+pub(crate) fn with_code(text: &str) -> String {
+    let mut html = String::new();
+    for (idx, part) in escaped(text).split('`').enumerate() {
+        match idx % 2 {
+            0 => html.push_str(part),
+            _ => html.push_str(&format!("<code>{part}</code>")),
+        }
+    }
+    html
+}
+
 /// A section of the page. An empty body gives no section.
 pub(crate) fn section(id: &str, heading: &str, lead: &str, body: &str) -> String {
     if body.is_empty() {
@@ -53,6 +65,7 @@ mod tests {
             escaped("<a href=\"x\" id='y'>&"),
             "&lt;a href=&quot;x&quot; id=&#39;y&#39;&gt;&amp;"
         );
+        assert_eq!(with_code("a `b<c` d"), "a <code>b&lt;c</code> d");
         let json = json_for_script(&serde_json::json!({"id": "</script><b>"}));
         assert_eq!(json, r#"{"id":"\u003c/script>\u003cb>"}"#);
     }

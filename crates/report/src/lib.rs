@@ -48,6 +48,7 @@ mod score_tables;
 mod shape_digest;
 mod shape_scores;
 mod sortable_table;
+mod statistics;
 mod type_confusion;
 mod viewer;
 

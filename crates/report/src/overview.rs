@@ -2,7 +2,7 @@
 
 use crate::answer::Answer;
 use crate::chart::{IntervalRow, figure, interval_rows};
-use crate::html::{escaped, section};
+use crate::html::{escaped, section, with_code};
 use crate::names::Names;
 use crate::shape_scores::{MainTable, mean_of};
 use partprobe_eval::{ExpectationOutcome, MIOU, ScoreRow, Tables};
@@ -19,7 +19,7 @@ pub(crate) fn answer_html(name: &str, answer: &Answer, summary: &str, notes: &[S
     );
     for (class, text) in [("answer", &answer.sentence), ("power", &answer.power)] {
         if !text.is_empty() {
-            let _ = writeln!(html, "<p class=\"{class}\">{}</p>", escaped(text));
+            let _ = writeln!(html, "<p class=\"{class}\">{}</p>", with_code(text));
         }
     }
     for text in std::iter::once(summary).chain(notes.iter().map(String::as_str)) {

@@ -14,6 +14,7 @@ use crate::overview::{answer_html, expectations, means};
 use crate::score_tables::score_tables;
 use crate::shape_digest::ShapeDigest;
 use crate::shape_scores::shape_table;
+use crate::statistics::statistics;
 use crate::type_confusion::type_confusion;
 use crate::viewer::viewer;
 use partprobe_eval::{ExpectationOutcome, MIOU, ScoreRow, Tables};
@@ -60,6 +61,8 @@ pub struct RunReport<'a> {
     pub rows: &'a [ScoreRow],
     /// The expectations, and whether they are met.
     pub outcomes: &'a [ExpectationOutcome],
+    /// Markdown texts with further tables: those of the paper, and those of endpoints.
+    pub further: &'a [String],
     /// The log of the trainings, one JSON object per line, with `event`, `supervision`, `seed` and `step`.
     pub log: &'a str,
     /// The facts of the run.
@@ -80,6 +83,7 @@ impl Default for RunReport<'_> {
             tables: &NO_TABLES,
             rows: &[],
             outcomes: &[],
+            further: &[],
             log: "",
             facts: &[],
             config: "",
@@ -138,6 +142,7 @@ impl RunReport<'_> {
             expectations(self.outcomes),
             means(self.tables, self.rows, &names),
             score_tables(self.tables, &names),
+            statistics(self.tables, self.further),
             dose_response(self.tables, self.rows, &names),
             gallery(self.shapes, &names),
             viewer(self.shapes),
@@ -153,10 +158,11 @@ impl RunReport<'_> {
 }
 
 /// The names of the links, by section. A missing section has no link.
-const LINKS: [(&str, &str); 12] = [
+const LINKS: [(&str, &str); 13] = [
     ("answer", "Answer"),
     ("expectations", "Expectations"),
     ("scores", "Scores"),
+    ("statistics", "Statistics"),
     ("dose-response", "Doses"),
     ("shapes", "Pictures"),
     ("view", "3D"),

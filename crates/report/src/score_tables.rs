@@ -1,6 +1,6 @@
 //! Writes the tables of scores: one per reference and clusterer, with the difference of the compared supervisions.
 
-use crate::html::{escaped, section};
+use crate::html::{escaped, section, with_code};
 use crate::names::Names;
 use crate::sortable_table::{Cell, SortableTable};
 use partprobe_eval::{Difference, DifferenceRow, Metric, TableRow, Tables};
@@ -77,7 +77,7 @@ fn tables_of(
         let _ = writeln!(
             html,
             "<p class=\"power\">{}</p>",
-            escaped(&difference.resolution())
+            with_code(&difference.resolution())
         );
     }
     if !further.is_empty() {

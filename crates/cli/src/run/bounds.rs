@@ -4,6 +4,7 @@
 //! `growing-20` is not better than plain geometry, and no network can be better than `token-ceiling`.
 
 use super::evaluation::{clusters_array, member_name, score_columns, score_row};
+use super::footer::MODES;
 use super::scoring_context::ScoringContext;
 use super::shapes::Shape;
 use crate::config::{ClustererName, Config};
@@ -29,6 +30,18 @@ const GROWING: [(&str, f64); 3] = [
 
 /// The number of nearest points with which each point may be joined.
 const N_NEIGHBORS: usize = 10;
+
+/// The number of regions that are kept. All other points get the region of a near point.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum GrownCount {
+    /// As many as the reference has parts. This is for tables whose clusterer knows this number.
+    OfReference,
+    /// All regions that are large enough. This is for tables whose clusterer finds the number.
+    Found,
+}
+
+/// The smallest number of points of a region that counts as a part, if the number of parts is not known.
+const MIN_REGION: usize = 20;
 
 /// The row in which each token has the label of most of its points.
 const TOKEN_CEILING: &str = "token-ceiling";
@@ -82,9 +95,15 @@ fn bounds_of_shape(context: &ScoringContext<'_>, shape: &Shape) -> Result<Vec<Sc
     let mut files: BTreeMap<String, Vec<(String, Array)>> = BTreeMap::new();
     for reference in &context.references {
         let labels = shape.labels_by(reference)?;
-        let without_clusterer = bounded.predictions(reference, config)?;
+        let [with_k, without_k] = [GrownCount::OfReference, GrownCount::Found]
+            .map(|count| bounded.predictions(reference, config, count));
+        let (with_k, without_k) = (with_k?, without_k?);
         let near_boundary = context.boundaries.of(&shape.id, reference);
         for (idx, column) in columns.iter().enumerate() {
+            let without_clusterer = match column.clusterer.name() {
+                MODES => &without_k,
+                _ => &with_k,
+            };
             let perfect = bounded.perfect(labels, column.clusterer, config)?;
             for (name, predicted) in without_clusterer.iter().chain([&perfect]) {
                 let scored = ScoredShape {
@@ -147,13 +166,22 @@ impl<'a> BoundedShape<'a> {
     }
 
     /// The name of each row against one reference that needs no clusterer, and the cluster of each point.
-    fn predictions(&self, reference: &str, config: &Config) -> Result<Vec<(String, Vec<u32>)>> {
+    fn predictions(
+        &self,
+        reference: &str,
+        config: &Config,
+        count: GrownCount,
+    ) -> Result<Vec<(String, Vec<u32>)>> {
         let labels = self.shape.labels_by(reference)?;
-        let k = score_clusters(&vec![0; labels.len()], labels)?.k;
-        let grown = self.regions.iter();
-        let mut predictions: Vec<(String, Vec<u32>)> = grown
-            .map(|(name, regions)| ((*name).to_owned(), regions.largest(&self.points, k)))
-            .collect();
+        let n_parts = score_clusters(&vec![0; labels.len()], labels)?.k;
+        let grown = self.regions.iter().map(|(name, regions)| {
+            let k = match count {
+                GrownCount::OfReference => n_parts,
+                GrownCount::Found => regions.n_with_at_least(MIN_REGION).max(1),
+            };
+            ((*name).to_owned(), regions.largest(&self.points, k))
+        });
+        let mut predictions: Vec<(String, Vec<u32>)> = grown.collect();
 
         let others = config.compare.supervision.iter();
         for source in others.filter(|&source| source != reference) {

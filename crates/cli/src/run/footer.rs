@@ -1,5 +1,6 @@
 //! Writes the sentences below every table: its settings, and notes about the scores.
 
+use super::false_alarms::{error_rate, measured_false_alarms};
 use super::split_file::SplitFile;
 use crate::config::{Config, LabelConfig, NormalConfig};
 use crate::counted::counted;
@@ -9,7 +10,7 @@ use partprobe_net::Voxels;
 use std::collections::BTreeSet;
 
 /// The clusterer that finds the number of clusters itself.
-const MODES: &str = "modes";
+pub(super) const MODES: &str = "modes";
 
 /// The shapes that tables are about.
 #[derive(Clone, Debug)]
@@ -51,6 +52,9 @@ pub(super) fn footer(
              labels that are scored; split GTc takes them from the other half of the tokens."
                 .to_owned(),
         );
+    }
+    if config.compare.supervision.len() > 1 {
+        sentences.extend(measured_false_alarms().ok().map(|found| error_rate(&found)));
     }
     sentences
 }

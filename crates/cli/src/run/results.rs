@@ -143,7 +143,7 @@ pub(crate) struct Results {
 
 /// The paper's probe tables with those of this run, if its first two sources are STEP-Parts and another one, and both are
 /// references.
-fn paper_comparison(tables: &Tables, config: &Config) -> Option<String> {
+pub(super) fn paper_comparison(tables: &Tables, config: &Config) -> Option<String> {
     let [first, second, ..] = config.compare.supervision.as_slice() else {
         return None;
     };

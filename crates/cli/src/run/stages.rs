@@ -15,10 +15,12 @@ use super::training_args::TrainingProcessArgs;
 use super::training_job::{TrainingJob, TrainingRecord};
 use super::weights::weights_path;
 use crate::config::Config;
+use crate::counted::counted;
 use anyhow::{Context, Result, ensure};
 use partprobe_dataset::Dataset;
 use partprobe_eval::ScoreRow;
 use partprobe_net::Model;
+use std::collections::BTreeSet;
 
 /// A run folder with its settings and its data.
 pub(crate) struct Run<'a> {
@@ -68,6 +70,37 @@ impl<'a> Run<'a> {
             execution,
             data: prepare_test(dataset, config, folder, execution)?,
         })
+    }
+
+    /// Warns before the first training if the split has no validation shapes, or too few groups of test shapes for an interval.
+    ///
+    /// # Errors
+    /// If the split names a shape that the data set lacks.
+    pub(crate) fn note_weak_split(&self) -> Result<()> {
+        let split = self.data.split();
+        let note = |text: &str| self.execution.progress.note(&format!("warning: {text}"));
+        if split.valid.is_empty() && self.config.train.valid_every > 0 {
+            note("the split has no validation shapes, so nothing is validated during the training");
+        }
+        let test = self.data.test()?;
+        let groups: BTreeSet<&str> = test.iter().map(|shape| shape.group.as_str()).collect();
+        let needed = self.config.eval.bootstrap().least_groups;
+        if groups.len() >= needed {
+            return Ok(());
+        }
+        let separator = &self.config.split.collection_separator;
+        let cause = match separator.as_str() {
+            "" => "give more files".to_owned(),
+            _ => format!(
+                "all files with the same name before `{separator}` are one group; give files of more groups, or set \
+                 split.collection_separator = \"\" if your files are not related"
+            ),
+        };
+        note(&format!(
+            "the test shapes are in {}, and an interval needs {needed}, so no difference will have an interval or a p-value; {cause}",
+            counted(groups.len(), "group", "groups")
+        ));
+        Ok(())
     }
 
     /// Prints and writes the fraction of points in a voxel of another label. This is done once per run.

@@ -121,6 +121,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode> {
     })?;
     run.check_endpoints()?;
     remember_data(&folder, dataset.root())?;
+    run.note_weak_split()?;
     run.note_collisions()?;
     run.note_source_card()?;
     let trainings = args

@@ -76,6 +76,7 @@ pub(crate) fn train(args: &TrainArgs) -> Result<ExitCode> {
     let points = args.training.process.points();
     let mut run = Run::new(&dataset, config, &folder, &execution, points)?;
     remember_data(&folder, &args.data)?;
+    run.note_weak_split()?;
     run.note_collisions()?;
     run.note_source_card()?;
     for &seed in &config.compare.seeds {

@@ -28,14 +28,15 @@ impl Tables {
             }
         }
         push_secondary(&mut text, &secondary);
-        if primary
-            .iter()
-            .chain(&secondary)
-            .any(|(_, _, found)| found.n_seeds < 2)
-        {
-            text.push_str(
+        let tested = primary.iter().chain(&secondary);
+        match tested.map(|(_, _, found)| found.n_seeds).min() {
+            Some(0 | 1) => text.push_str(
                 "\nWith one seed, the intervals do not contain the variance between trainings. Train three seeds or more.\n",
-            );
+            ),
+            Some(2) => text.push_str(
+                "\nTwo seeds tell little about the variance between trainings. Train three seeds or more.\n",
+            ),
+            _ => {}
         }
         text
     }

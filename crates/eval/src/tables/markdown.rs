@@ -3,6 +3,7 @@
 use super::{DifferenceRow, HomeAdvantage, TableRow, Tables};
 use crate::k_bin::KBin;
 use crate::metric::Metric;
+use crate::metrics::MIOU;
 use crate::paired::Difference;
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -56,6 +57,37 @@ impl Tables {
         text.push_str(&self.dose_response());
         if !text.is_empty() {
             text.push_str(MEANS_NOTE);
+        }
+        text
+    }
+
+    /// What is next to the tables of scores: the primary endpoints, the home advantages, the comparisons of trainings that differ
+    /// only in their seed, and the sentences below the tables.
+    #[must_use]
+    pub fn statistics_markdown(&self) -> String {
+        let mut text = self.decisions();
+        self.push_home_advantages(&mut text);
+        if !self.same_source.is_empty() {
+            text.push_str(
+                "\nTrainings that differ only in their seed (A/A). Each difference is chance:\n\n\
+                 | pair | reference | clusters by | Δ mIoU | shapes |\n|---|---|---|---:|---:|\n",
+            );
+        }
+        for row in &self.same_source {
+            if let found @ Some(_) = row.differences.get(&MIOU) {
+                let [first, second] = &row.compared;
+                let _ = writeln!(
+                    text,
+                    "| `{first}` − `{second}` | `{}` | {} | {} | {} |",
+                    row.reference,
+                    row.clusterer,
+                    difference_cell(found),
+                    row.n_shapes
+                );
+            }
+        }
+        for sentence in &self.footer {
+            let _ = writeln!(text, "\n{sentence}");
         }
         text
     }

@@ -9,13 +9,14 @@ pub(super) use faces::{FaceSource, face_members};
 use super::collisions::Collisions;
 use super::folder::RunFolder;
 use super::footer::{Normals, TestShapes, footer};
-use super::results::{checked_expectations, table_settings, training_figures};
+use super::results::{checked_expectations, paper_comparison, table_settings, training_figures};
 use super::split_file::SplitFile;
 use crate::config::{Config, load};
 use crate::scored_run::ScoredRun;
 use anyhow::Result;
 use partprobe_eval::{ExpectationOutcome, ScoreRow, Tables, tables};
 use partprobe_report::RunReport;
+use std::fs;
 use std::path::Path;
 
 /// The scores of a run, and the results that follow from them.
@@ -49,12 +50,25 @@ pub(super) fn page(
         tables: scores.tables,
         rows: scores.rows,
         outcomes: scores.outcomes,
+        further: &further_tables(folder, scores.tables, config),
         log: &read_log(folder)?,
         facts: &facts::facts(folder)?,
         config: &folder.read_text("config.toml")?,
         shapes: &shapes::shapes(folder, config, scores, faces)?,
     };
     Ok(report.to_html())
+}
+
+/// The paper's tables with the rows of the run, and the tables of each endpoint, if it was scored.
+fn further_tables(folder: &RunFolder, tables: &Tables, config: &Config) -> Vec<String> {
+    let mut texts: Vec<String> = paper_comparison(tables, config).into_iter().collect();
+    for endpoint in &config.endpoints {
+        let file = format!("endpoints/{}/tables.md", endpoint.name);
+        if let Ok(text) = fs::read_to_string(folder.path(&file)) {
+            texts.push(format!("### Endpoint {}\n\n{text}", endpoint.name));
+        }
+    }
+    texts
 }
 
 /// The tables of a finished run, made from the scores in its folder with the statistics of this program.

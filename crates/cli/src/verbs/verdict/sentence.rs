@@ -1,7 +1,7 @@
 //! Describes a verdict in sentences.
 
 use crate::counted::counted;
-use partprobe_eval::{FalseAlarms, Look, Needed, Verdict};
+use partprobe_eval::{Look, Needed, Verdict};
 use std::time::Duration;
 
 /// The settings and the result of a comparison.
@@ -83,21 +83,4 @@ impl Finding<'_> {
             ),
         }
     }
-}
-
-/// A sentence about the rate at which such a verdict is wrong, if there is no difference.
-pub(super) fn error_rate(measured: &FalseAlarms) -> String {
-    let FalseAlarms {
-        n_seeds,
-        n_verdicts,
-        n_false_verdicts,
-        n_pairs,
-        n_false_pairs,
-        ..
-    } = measured;
-    format!(
-        "How often is such a verdict wrong? Between {n_seeds} trainings that differ only in their seeds, {n_false_verdicts} of \
-         {n_verdicts} verdicts found a difference, and so did {n_false_pairs} of {n_pairs} tests of two single trainings \
-         (docs/studies/false-alarms.md)."
-    )
 }

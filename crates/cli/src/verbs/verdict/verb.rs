@@ -2,13 +2,13 @@
 
 use super::budget::{Budget, Speed};
 use super::mine::Mine;
-use super::sentence::{Finding, error_rate};
+use super::sentence::Finding;
 use crate::MISSED_BOUND;
 use crate::config::{LoadedConfig, load};
 use crate::given_path::ensure_exists;
 use crate::run::{
-    Execution, ExecutionArgs, Run, RunFolder, TrainingArgs, named_sources, remember_data, today,
-    verdict_settings, with_data,
+    Execution, ExecutionArgs, Run, RunFolder, TrainingArgs, error_rate, measured_false_alarms,
+    named_sources, remember_data, today, verdict_settings, with_data,
 };
 use crate::stdout::{print_line, print_result};
 use crate::usage::UsageError;
@@ -85,9 +85,6 @@ enum Expected {
 
 /// The number of updates of the training that measures the speed.
 const SPEED_UPDATES: usize = 50;
-
-/// The false alarms of real trainings that differ only in their seeds. `just study false-alarms` measures them.
-const FALSE_ALARMS: &str = include_str!("false_alarms.json");
 
 /// `verdict.json`: the verdict, all looks, and the settings of the comparison.
 #[derive(Serialize)]
@@ -182,8 +179,7 @@ impl<'a> Session<'a> {
             dataset,
             execution,
             mine,
-            false_alarms: serde_json::from_str(FALSE_ALARMS)
-                .context("the false alarms that are built in")?,
+            false_alarms: measured_false_alarms()?,
         })
     }
 
