@@ -119,6 +119,22 @@ fn a_wrong_value_is_found_by_the_check_with_its_line() {
             "[[endpoints]]\nname = \"T1\"\nreferences = [\"steps\"]",
             "line 5: endpoints.T1: `steps` is not a label source",
         ),
+        (
+            "[[endpoints]]\nname = \"T1\"\n[[endpoints]]\nname = \"T2\"\nshapes = \"some\"",
+            "line 7: endpoints[1].shapes: unknown variant `some`",
+        ),
+        (
+            "[sources.mine]\ntype = \"faces\"\npath = 3",
+            "line 5: sources.mine: `path` must be a text in quotes",
+        ),
+        (
+            "[sources.mine]\ntype = \"mesh\"\npath = \"x\"\nmeshes = \"\"",
+            "line 6: sources.mine: `meshes` is empty; name a file or folder",
+        ),
+        (
+            "[sources.\"my labels\"]\ntype = \"faces\"\npath = \"x\"",
+            "line 3: sources.my labels: a name consists of the letters a to z",
+        ),
     ] {
         check_config(path, text, error);
     }
@@ -133,6 +149,15 @@ fn what_a_run_would_refuse_is_found_by_the_check_with_its_line() {
         (
             "[compare]\nprimary = [\"a/b\"]",
             "line 4: compare.primary: `a/b` is not an endpoint",
+        ),
+        (
+            "[compare]\nprimary = [\"step-part.miou\"]",
+            "line 4: compare.primary names `step-part.miou`, but nothing is scored against `step-part`, only against step-parts, \
+             normal-kmeans-20; did you mean `step-parts`?",
+        ),
+        (
+            "[compare]\nprimary = [\"step-parts.miu\"]",
+            "count_error; did you mean `miou`?",
         ),
         (
             "[expect]\nmiou = \">= 0.5\"",
@@ -157,6 +182,46 @@ fn what_a_run_would_refuse_is_found_by_the_check_with_its_line() {
     ] {
         check_config(path, text, error);
     }
+}
+
+#[test]
+fn a_wrong_key_in_the_file_is_not_blamed_on_another_assignment() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = "base = \"base\"\n[sources.mine]\ntype = \"faces\"\nby = \"nam\"\n";
+    fs::write(folder.path().join("mine.toml"), text).unwrap();
+    let check_set = |set: &str, error: &str| {
+        let arguments = ["config", "check", "mine.toml", "--set", set];
+        check(folder.path(), &arguments, 2, error);
+    };
+    check_set(
+        "sources.mine.path=x",
+        "error: mine.toml, line 4: sources.mine: `by` is `nam`",
+    );
+    check_set(
+        "sources.mine.by=stepid",
+        "error: --set sources.mine.by=stepid: sources.mine: `by`",
+    );
+}
+
+#[test]
+fn the_assignments_that_the_config_probe_advises_are_valid() {
+    let folder = tempfile::tempdir().unwrap();
+    let probe = check(
+        folder.path(),
+        &["config", "show", "probe", "--source"],
+        0,
+        "",
+    );
+    let comment: Vec<&str> = probe.lines().take_while(|l| l.starts_with('#')).collect();
+    let comment = comment.join(" ");
+    let assignments = comment
+        .split("--set '")
+        .skip(1)
+        .filter_map(|rest| rest.split_once('\''));
+    let mut arguments = vec!["config", "check", "probe"];
+    arguments.extend(assignments.flat_map(|(assignment, _)| ["--set", assignment]));
+    assert_eq!(arguments.len(), 9, "{comment}");
+    check(folder.path(), &arguments, 0, "");
 }
 
 #[track_caller]

@@ -312,7 +312,65 @@ fn a_later_reference_does_not_influence_the_training() {
     for sets in [&[][..], &references, &sets] {
         fixture.check(&[&train[..], sets].concat(), 2, unknown);
     }
+    let mut mistyped = train;
+    mistyped[5] = "brep-fac";
+    fixture.check(&mistyped, 2, "did you mean `brep-face`?");
     assert_eq!(files.map(|file| fixture.read(file)), before);
+
+    check_advice(&fixture, &train, "new run folder: ");
+    assert!(fixture.path("run-brep-face/scores.jsonl").exists());
+}
+
+#[test]
+fn a_reference_of_the_run_can_be_trained_on_later_by_the_advised_command() {
+    let fixture = Fixture::new();
+    let train = [
+        "train",
+        "tiny.toml",
+        "--data",
+        "data",
+        "--supervision",
+        "brep-face",
+        "--out",
+        "second",
+        "--resume",
+        "--set",
+        r#"compare.references=["step-parts","brep-face"]"#,
+    ];
+    let mut first = train;
+    first[5] = "step-parts";
+    fixture.check(&first, 0, "");
+    fixture.check(
+        &train,
+        2,
+        r#"add it with --set 'compare.supervision=["step-parts", "brep-face"]'"#,
+    );
+    let both = r#"compare.supervision=["step-parts", "brep-face"]"#;
+    let train = [&train[..], &["--set", both]].concat();
+    check_advice(&fixture, &train, "in the folder first: ");
+    fixture.check(&train, 0, "");
+    assert!(
+        fixture
+            .path("second/checkpoints/brep-face-0/model.safetensors")
+            .exists()
+    );
+}
+
+/// Runs the command that follows this text in the message of a refused call, as a shell reads it.
+#[track_caller]
+fn check_advice(fixture: &Fixture, refused: &[&str], before: &str) {
+    let refusal = fixture.command(refused).output().unwrap();
+    let message = String::from_utf8_lossy(&refusal.stderr);
+    let (_, advice) = message.trim_end().split_once(before).unwrap();
+    let arguments = advice.strip_prefix("partprobe ").unwrap();
+    let call = format!("'{}' {arguments}", env!("CARGO_BIN_EXE_partprobe"));
+    let done = Command::new("sh")
+        .args(["-c", &call])
+        .current_dir(fixture.path(""))
+        .output()
+        .unwrap();
+    let said = String::from_utf8_lossy(&done.stderr);
+    assert!(done.status.success(), "{call}: {said}");
 }
 
 #[test]
@@ -711,7 +769,7 @@ fn a_run_is_repeated_from_its_folder() {
     fixture.check(
         &RESUMED,
         2,
-        "change it by `partprobe eval RUN --set KEY=VALUE`",
+        "change it in the folder first: partprobe eval run --set | --set tokens.test_tokens=",
     );
 
     // A prediction that was changed is noticed.

@@ -334,7 +334,10 @@ fn config_errors_name_the_position_the_allowed_values_and_the_nearest_key() {
                 "at the top of the file",
             ],
         ),
-        ("base = \"gone\"\n", &["mine.toml: `base = \"gone\"`"]),
+        (
+            "base = \"gone\"\n",
+            &["mine.toml, line 1: `base = \"gone\"`"],
+        ),
     ] {
         mine(text);
         for words in words {

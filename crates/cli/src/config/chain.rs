@@ -4,7 +4,7 @@
 //! A base is a file in the folder of the config that names it, or a shipped config. Nothing is merged here.
 
 use super::merge::shipped;
-use super::problem::parsed;
+use super::problem::{line_of, parsed};
 use anyhow::{Context, Result, anyhow, ensure};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -29,7 +29,8 @@ impl ConfigText {
             None => None,
             Some(base) => {
                 let base = base.as_str().map(str::to_owned);
-                Some(base.ok_or_else(|| anyhow!("{name}: `base` must be a file name"))?)
+                let place = place_of_base(&name, &text);
+                Some(base.ok_or_else(|| anyhow!("{place}: `base` must be a file name"))?)
             }
         };
         Ok(Self {
@@ -60,7 +61,7 @@ impl ConfigText {
         let text = shipped(name).with_context(|| {
             format!(
                 "{}: `base = \"{base}\"`: there is neither a file of that name in the folder of the config nor a shipped config",
-                self.name
+                place_of_base(&self.name, &self.text)
             )
         })?;
         Self::new(name.to_owned(), text.to_owned(), None).map(Some)
@@ -72,6 +73,14 @@ impl ConfigText {
             Some(path) => (true, path.canonicalize().unwrap_or_else(|_| path.clone())),
             None => (false, PathBuf::from(&self.name)),
         }
+    }
+}
+
+/// The file and the line of the key `base`.
+fn place_of_base(name: &str, text: &str) -> String {
+    match line_of("base", "", text) {
+        Some(line) => format!("{name}, line {line}"),
+        None => name.to_owned(),
     }
 }
 
@@ -155,7 +164,7 @@ mod tests {
             ),
             (
                 vec![("a.toml", on("nowhere"))],
-                "a.toml: `base = \"nowhere\"`: there is neither a file of that name in the folder of the config nor a shipped config",
+                "a.toml, line 1: `base = \"nowhere\"`: there is neither a file of that name in the folder of the config nor a shipped config",
             ),
             (
                 vec![("a.toml", on("b.toml")), ("b.toml", "x =".to_owned())],
@@ -163,7 +172,7 @@ mod tests {
             ),
             (
                 vec![("a.toml", "base = 3".to_owned())],
-                "a.toml: `base` must be a file name",
+                "a.toml, line 1: `base` must be a file name",
             ),
         ] {
             let files: Vec<(&str, &str)> = files

@@ -195,7 +195,10 @@ fn from_table(name: String, table: Table, origin: ConfigOrigin) -> Result<Loaded
     })?;
     config
         .check()
-        .map_err(|error| ConfigProblem::of_check(format!("{error:#}")))?;
+        .map_err(|error| match error.downcast::<ConfigProblem>() {
+            Ok(problem) => problem,
+            Err(error) => ConfigProblem::of_check(format!("{error:#}")),
+        })?;
     Ok(LoadedConfig {
         name,
         config,

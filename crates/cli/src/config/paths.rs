@@ -2,6 +2,8 @@
 
 use super::merge::LoadedConfig;
 use anyhow::{Context, Result};
+#[cfg(feature = "train")]
+use serde_json::Value as Json;
 use std::path;
 use toml::{Table, Value};
 
@@ -51,15 +53,36 @@ fn make_absolute(value: Option<&mut Value>) -> Result<()> {
     Ok(())
 }
 
-/// Whether two texts lead to the same file or folder from the current folder.
-pub(crate) fn are_same_place(one: &str, other: &str) -> bool {
-    matches!((path::absolute(one), path::absolute(other)), (Ok(one), Ok(other)) if one == other)
+/// Whether two values of a key are equal if their texts are taken as paths: two texts that lead to the same file or folder from the
+/// current folder, or lists and tables of such texts.
+#[cfg(feature = "train")]
+pub(crate) fn are_same_place(one: &Json, other: &Json) -> bool {
+    match (one, other) {
+        (Json::String(one), Json::String(other)) => {
+            let absolute = |text: &str| path::absolute(text).ok();
+            one == other || absolute(one).is_some_and(|one| Some(one) == absolute(other))
+        }
+        (Json::Array(one), Json::Array(other)) => {
+            one.len() == other.len() && one.iter().zip(other).all(|(a, b)| are_same_place(a, b))
+        }
+        (Json::Object(one), Json::Object(other)) => {
+            let is_same = |(key, value): (&String, &Json)| {
+                other
+                    .get(key)
+                    .is_some_and(|there| are_same_place(value, there))
+            };
+            one.len() == other.len() && one.iter().all(is_same)
+        }
+        (one, other) => one == other,
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::config::load;
+    #[cfg(feature = "train")]
+    use serde_json::json;
 
     #[test]
     fn every_path_becomes_absolute_and_nothing_else_changes() {
@@ -81,13 +104,23 @@ mod tests {
         assert_eq!(absolute.with_absolute_paths().unwrap().merged, expected);
     }
 
+    #[cfg(feature = "train")]
     #[test]
     fn a_path_is_the_same_in_both_forms() {
         let here = std::env::current_dir().unwrap();
-        let absolute = here.join("labels");
-        assert!(are_same_place("labels", &absolute.to_string_lossy()));
-        assert!(are_same_place("./labels", "labels"));
-        assert!(!are_same_place("labels", "other"));
-        assert!(!are_same_place("", "labels"));
+        let absolute = here.join("labels").to_string_lossy().into_owned();
+        let endpoint = |data: &str, noise: f64| json!([{ "data": data, "noise": noise }]);
+        for (one, other, expected) in [
+            (json!("labels"), json!(absolute), true),
+            (json!("./labels"), json!("labels"), true),
+            (json!("labels"), json!("other"), false),
+            (json!(""), json!("labels"), false),
+            (json!(""), json!(""), true),
+            (endpoint("labels", 0.5), endpoint(&absolute, 0.5), true),
+            (endpoint("labels", 0.5), endpoint(&absolute, 0.1), false),
+            (endpoint("labels", 0.5), json!([]), false),
+        ] {
+            assert_eq!(are_same_place(&one, &other), expected, "{one} {other}");
+        }
     }
 }

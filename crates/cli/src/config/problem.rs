@@ -5,7 +5,7 @@
 use super::flag::as_written;
 use std::fmt;
 use toml::Table;
-use toml::de::{DeTable, DeValue};
+use toml::de::{DeArray, DeTable, DeValue};
 
 /// Names are similar if at least this fraction of their letters agrees.
 const MIN_SIMILARITY: f64 = 0.7;
@@ -90,6 +90,11 @@ impl ConfigProblem {
         } else {
             format!("{key}: {plain}{advice}")
         };
+        Self { key, message }
+    }
+
+    /// A problem of a key that the message alone does not show, because it contains spaces.
+    pub(super) fn of_key(key: String, message: String) -> Self {
         Self { key, message }
     }
 
@@ -236,31 +241,40 @@ pub(super) fn position_of(
     if key.is_empty() {
         return None;
     }
-    // An item of a list is on the line of the list.
-    let key = key.split('[').next().unwrap_or(key);
-    let assigns = |assignment: &&String| {
-        let assigned = assignment.split('=').next().unwrap_or_default();
-        let assigned: Vec<&str> = assigned
-            .split('.')
-            .map(|part| part.trim().trim_matches('"'))
-            .collect();
-        let assigned = assigned.join(".");
-        // A problem of a table may come from one of its keys.
-        rest_below(key, &assigned).is_some() || rest_below(&assigned, key).is_some()
+    let latest = |assigns: &dyn Fn(&str) -> bool| {
+        let mut latest_first = overrides.iter().rev();
+        latest_first
+            .find(|assignment| assigns(&assigned_key(assignment)))
+            .map(|assignment| as_written(assignment))
     };
-    if let Some(assignment) = overrides.iter().rev().find(assigns) {
-        return Some(as_written(assignment));
-    }
-    layers.iter().find_map(|layer| {
-        let line = line_of(key, &problem.message, layer.text)?;
-        Some(format!("{}, line {line}", layer.name))
-    })
+    let is_quoted = |rest: &str| quoted(&problem.message).any(|word| word == rest);
+    // A problem of a table may come from one of its keys. The other keys of the table are only blamed if there is no better place.
+    latest(&|assigned| rest_below(key, assigned).is_some())
+        .or_else(|| latest(&|assigned| rest_below(assigned, key).is_some_and(is_quoted)))
+        .or_else(|| {
+            layers.iter().find_map(|layer| {
+                let line = line_of(key, &problem.message, layer.text)?;
+                Some(format!("{}, line {line}", layer.name))
+            })
+        })
+        .or_else(|| latest(&|assigned| rest_below(assigned, key).is_some()))
 }
 
-/// The rest of a key below one of its tables, or an empty text for the whole key. Returns `None` if the table is not in the key.
+/// The key of an assignment, without quotes and spaces.
+fn assigned_key(assignment: &str) -> String {
+    let key = assignment.split('=').next().unwrap_or_default();
+    let parts: Vec<&str> = key
+        .split('.')
+        .map(|part| part.trim().trim_matches('"'))
+        .collect();
+    parts.join(".")
+}
+
+/// The rest of a key below one of its tables or lists, or an empty text for the whole key. The rest below a list begins with the
+/// number of an item, such as `[1]`. Returns `None` if the table is not in the key.
 fn rest_below<'a>(key: &'a str, table: &str) -> Option<&'a str> {
     let rest = key.strip_prefix(table)?;
-    if rest.is_empty() {
+    if rest.is_empty() || rest.starts_with('[') {
         Some(rest)
     } else {
         rest.strip_prefix('.')
@@ -269,7 +283,7 @@ fn rest_below<'a>(key: &'a str, table: &str) -> Option<&'a str> {
 
 /// The line of a key, counted from 1. If the key is a table, it is the line of the text that the message quotes: one of its keys,
 /// or the value of one.
-fn line_of(key: &str, message: &str, text: &str) -> Option<usize> {
+pub(super) fn line_of(key: &str, message: &str, text: &str) -> Option<usize> {
     let table = DeTable::parse(text).ok()?;
     let place = place_in_table(table.get_ref(), key, message)?;
     Some(line_at(text, place))
@@ -286,12 +300,24 @@ fn place_in_table(table: &DeTable<'_>, key: &str, message: &str) -> Option<usize
         (DeValue::Table(below), "") => Some(place_of_quoted(below, message).unwrap_or(place)),
         (DeValue::Table(below), rest) => place_in_table(below, rest, message),
         (_, "") => Some(place),
+        (DeValue::Array(items), rest) if rest.starts_with('[') => {
+            Some(place_in_item(items, rest, message).unwrap_or(place))
+        }
         (DeValue::Array(tables), rest) => tables.iter().find_map(|item| {
             let table = item.get_ref().as_table()?;
             place_in_named(table, item.span().start, rest, message)
         }),
         _ => None,
     }
+}
+
+/// The byte of an item of a list, or of a key in it. The key begins with the number of the item, such as `[1]`.
+fn place_in_item(items: &DeArray<'_>, key: &str, message: &str) -> Option<usize> {
+    let (number, rest) = key.strip_prefix('[')?.split_once(']')?;
+    let item = items.get(number.parse::<usize>().ok()?)?;
+    let below = item.get_ref().as_table().zip(rest.strip_prefix('.'));
+    let inner = below.and_then(|(table, key)| place_in_table(table, key, message));
+    Some(inner.unwrap_or(item.span().start))
 }
 
 /// The byte of a key in one of several tables that a `name` distinguishes. The key begins with the name.
@@ -382,8 +408,49 @@ mod tests {
             ("endpoints.T2", "`x` is not a source", Some(9)),
             ("endpoints.T2", "", Some(6)),
             ("endpoints.T3.noise", "", None),
+            ("endpoints[0].noise", "", Some(5)),
+            ("endpoints[1].noise", "", Some(8)),
+            ("endpoints[1].references[0]", "", Some(9)),
+            ("endpoints[1]", "missing field `data`", Some(6)),
+            ("endpoints[1].shapes", "", Some(6)),
         ] {
             assert_eq!(line_of(key, message, text), line, "{key} {message}");
+        }
+        let list = "[label]\nemit = [\n  \"labels\",\n  \"pints\",\n]\n";
+        assert_eq!(line_of("label.emit[1]", "", list), Some(4));
+    }
+
+    #[test]
+    fn an_assignment_is_blamed_if_the_problem_is_in_it() {
+        let text = "[sources.m]\ntype = \"faces\"\nby = \"nam\"\n";
+        let wrong_by = "sources.m: `by` is `nam`";
+        for (overrides, message, place) in [
+            (&[][..], wrong_by, "f.toml, line 3"),
+            (&["sources.m.path=x"], wrong_by, "f.toml, line 3"),
+            (&["sources.m.by=nam"], wrong_by, "--set sources.m.by=nam"),
+            (
+                &["sources.m={by=\"nam\"}"],
+                wrong_by,
+                "--set sources.m={by=\"nam\"}",
+            ),
+            (
+                &["sources.m.by=nam", "sources.m.path=x"],
+                wrong_by,
+                "--set sources.m.by=nam",
+            ),
+        ] {
+            let problem = ConfigProblem::of_key("sources.m".to_owned(), message.to_owned());
+            let overrides: Vec<String> = overrides.iter().map(|&set| set.to_owned()).collect();
+            let layer = Layer {
+                name: "f.toml".to_owned(),
+                text,
+            };
+            let found = position_of(&problem, &overrides, &[layer]);
+            assert_eq!(found.as_deref(), Some(place), "{overrides:?}");
+            if let [.., last] = overrides.as_slice() {
+                let found = position_of(&problem, &overrides, &[]);
+                assert!(found.is_some(), "{last}");
+            }
         }
     }
 

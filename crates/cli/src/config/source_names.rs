@@ -42,7 +42,11 @@ impl Config {
         Ok(())
     }
 
-    fn ensure_known_source(&self, name: &str) -> Result<()> {
+    /// Refuses a name that is neither a built-in source nor one of `[sources.NAME]`.
+    ///
+    /// # Errors
+    /// If the name is unknown, or the number at its end is not possible.
+    pub(crate) fn ensure_known_source(&self, name: &str) -> Result<()> {
         match self.resolved_source(name)? {
             ResolvedSource::Imported(_) | ResolvedSource::BuiltIn(_) => Ok(()),
             ResolvedSource::Control(_, followed) => self.ensure_known_source(followed),

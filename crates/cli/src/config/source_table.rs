@@ -1,8 +1,8 @@
 //! Reads `[sources.NAME]`: labels of another program or of a model, with a name that is used like that of a built-in source.
 
-use super::problem::nearest;
+use super::problem::{ConfigProblem, nearest};
 use crate::source_types::source_type;
-use anyhow::{Result, anyhow, ensure};
+use anyhow::{Result, anyhow, bail, ensure};
 use partprobe_imports::ImportError;
 use partprobe_sources::{SourceContext, source_named};
 use serde::{Deserialize, Serialize};
@@ -61,7 +61,10 @@ impl SourceTable {
             |byte: u8| byte.is_ascii_lowercase() || byte.is_ascii_digit() || byte == b'-';
         ensure!(
             !name.is_empty() && name.bytes().all(is_plain),
-            "sources.{name}: a name consists of the letters a to z, digits and `-`"
+            ConfigProblem::of_key(
+                format!("sources.{name}"),
+                format!("sources.{name}: a name consists of the letters a to z, digits and `-`")
+            )
         );
         ensure!(
             source_named(name).is_err(),
@@ -81,7 +84,25 @@ impl SourceTable {
             .map_err(|error| anyhow!("sources.{name}.type: {error}{}", suggestion(&error)))?;
         known
             .check(&self.context())
-            .map_err(|error| anyhow!("sources.{name}: {error}{}", suggestion(&error)))
+            .map_err(|error| anyhow!("sources.{name}: {error}{}", suggestion(&error)))?;
+        self.check_paths(name)
+    }
+
+    /// Refuses a path that is not a text, or is empty. Whether there is a file is not checked.
+    fn check_paths(&self, name: &str) -> Result<()> {
+        for key in self.path_keys() {
+            match self.parameters.get(key) {
+                None => {}
+                Some(ParameterValue::Text(path)) => ensure!(
+                    !path.is_empty(),
+                    "sources.{name}: `{key}` is empty; name a file or folder"
+                ),
+                Some(_) => bail!(
+                    "sources.{name}: `{key}` must be a text in quotes, which names a file or folder"
+                ),
+            }
+        }
+        Ok(())
     }
 
     /// The keys whose values are paths.

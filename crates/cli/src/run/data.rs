@@ -125,7 +125,7 @@ pub(crate) fn prepare(
         loader = loader.measuring();
     }
     let (split_file, shapes) = match SplitFile::read(folder, config)? {
-        Some(file) => load_again(file, loader, execution)?,
+        Some(file) => load_again(file, loader, folder, execution)?,
         None => split_anew(&loader, folder, execution)?,
     };
     execution.progress.note(&split_file.selection.to_string());
@@ -166,14 +166,12 @@ pub(crate) fn prepare(
 fn load_again(
     mut file: SplitFile,
     loader: ShapeLoader<'_>,
+    folder: &RunFolder,
     execution: &Execution,
 ) -> Result<(SplitFile, Vec<Shape>)> {
-    loader
-        .config
-        .compare
-        .supervision
-        .iter()
-        .try_for_each(|source| file.ensure_source(source))?;
+    for source in &loader.config.compare.supervision {
+        file.ensure_source(folder.root(), loader.config, source)?;
+    }
     let (test, left_out) = file.load(&loader, file.split.test.iter(), &execution.progress)?;
     file.leave_out_of_test(&left_out)?;
     // A reference that was added later does not influence the training shapes.

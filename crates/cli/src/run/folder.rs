@@ -2,6 +2,7 @@
 
 use super::damaged_json::damaged_json;
 use super::longer::{ensure_longer, is_of_length};
+use super::next_command::eval_with;
 use super::scoring_keys::is_scoring;
 use crate::config::{Config, Difference, are_same_place, differences, listed};
 use crate::run_path::run_path;
@@ -136,10 +137,7 @@ impl RunFolder {
             key.starts_with("data.") || (key.starts_with("sources.") && key.ends_with(".path"))
         };
         // Runs of earlier versions have relative paths.
-        let is_same = |difference: &Difference| {
-            let texts = [&difference.here, &difference.there].map(|value| value.as_str());
-            matches!(texts, [Some(here), Some(there)] if are_same_place(here, there))
-        };
+        let is_same = |difference: &Difference| are_same_place(&difference.here, &difference.there);
         differing.retain(|difference| !is_place(&difference.key) && !is_same(difference));
         if differing.is_empty() {
             return Ok(());
@@ -160,10 +158,18 @@ impl RunFolder {
             return self.write("config.toml", merged_config.as_bytes());
         }
         // `eval --set` may have changed these keys after the run.
-        let advice = if all(is_scoring) {
-            "repeat that with --set, or change it by `partprobe eval RUN --set KEY=VALUE` first"
+        let eval = if all(is_scoring) {
+            eval_with(&self.root, &differing)
         } else {
-            "resume with the same config and --set, or choose another --out"
+            None
+        };
+        let advice = match eval {
+            Some(eval) => {
+                format!(
+                    "give the former value with --set, or change it in the folder first: {eval}"
+                )
+            }
+            None => "resume with the same config and --set, or choose another --out".to_owned(),
         };
         bail!(UsageError(format!(
             "{} was started with another config: {}; {advice}",

@@ -23,6 +23,7 @@ mod initial_weights;
 mod loading;
 mod longer;
 mod manifest;
+mod next_command;
 mod nonfinite;
 mod observer;
 mod page;

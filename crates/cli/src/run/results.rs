@@ -15,8 +15,8 @@ use crate::usage::UsageError;
 use anyhow::{Result, anyhow, ensure};
 use partprobe_carrier::STEP_PARTS;
 use partprobe_eval::{
-    Endpoint, ExpectationError, ExpectationOutcome, Expectations, MIOU, Metric, ScoreRow,
-    TableSettings, Tables, TrainingFigures, junit_xml, tables,
+    Endpoint, EndpointError, ExpectationError, ExpectationOutcome, Expectations, MIOU, Metric,
+    ScoreRow, TableSettings, Tables, TrainingFigures, junit_xml, tables,
 };
 use std::process::ExitCode;
 
@@ -57,10 +57,13 @@ fn expectation_problem(error: ExpectationError) -> anyhow::Error {
         ExpectationError::Metric { metric, .. } => (metric, Metric::known_names()),
         _ => return anyhow!("expect: {error}"),
     };
+    anyhow!("expect: {error}{}", suggestion(name, &known))
+}
+
+/// The name that may have been meant, as the end of a message. It is empty if no name of the list is similar.
+fn suggestion(name: &str, known: &str) -> String {
     let known: Vec<&str> = known.split(", ").collect();
-    let near =
-        nearest(name, &known).map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
-    anyhow!("expect: {error}{near}")
+    nearest(name, &known).map_or_else(String::new, |near| format!("; did you mean `{near}`?"))
 }
 
 impl Run<'_> {
@@ -221,14 +224,20 @@ fn primary_endpoints(config: &Config) -> Result<Vec<Endpoint>> {
         ))
     );
     let endpoint = |text: &String| {
-        let endpoint = Endpoint::parse(text)
-            .map_err(|error| UsageError(format!("compare.primary: {error}")))?;
+        let endpoint = Endpoint::parse(text).map_err(|error| {
+            let near = match &error {
+                EndpointError::Metric { metric, .. } => suggestion(metric, &Metric::known_names()),
+                EndpointError::Form(_) => String::new(),
+            };
+            UsageError(format!("compare.primary: {error}{near}"))
+        })?;
+        let known = references.join(", ");
         ensure!(
             references.contains(&endpoint.reference),
             UsageError(format!(
-                "compare.primary names `{text}`, but nothing is scored against `{}`, only against {}",
+                "compare.primary names `{text}`, but nothing is scored against `{}`, only against {known}{}",
                 endpoint.reference,
-                references.join(", ")
+                suggestion(&endpoint.reference, &known)
             ))
         );
         Ok(endpoint)

@@ -5,9 +5,11 @@
 //! again. So a training shape cannot become a test shape.
 
 use super::folder::RunFolder;
+use super::next_command::with_source_in_new_folder;
 use super::shapes::{Selection, Shape, ShapeIdentity, ShapeLoader, ShapeRefusal};
 use crate::config::{
-    Config, LabelConfig, SampleConfig, SelectConfig, SplitConfig, differences, listed,
+    Config, LabelConfig, SampleConfig, SelectConfig, SplitConfig, are_same_place, differences,
+    listed,
 };
 use crate::progress::Progress;
 use crate::usage::UsageError;
@@ -77,12 +79,12 @@ pub(crate) struct LeftOut {
     reason: String,
 }
 
-/// Refuses a label source that a run cannot train on, before its folder is changed. A folder without a split can train on every
-/// source.
+/// Refuses a label source of a config that a run cannot train on, before the folder of the run is changed. A folder without a split
+/// can train on every source.
 ///
 /// # Errors
 /// If the split in the folder does not know the source.
-pub(crate) fn ensure_source_of_run(root: &Path, source: &str) -> Result<()> {
+pub(crate) fn ensure_source_of_run(root: &Path, config: &Config, source: &str) -> Result<()> {
     #[derive(Deserialize)]
     struct Sources {
         sources: Vec<String>,
@@ -90,21 +92,23 @@ pub(crate) fn ensure_source_of_run(root: &Path, source: &str) -> Result<()> {
     let text = fs::read(root.join(FILE)).ok();
     // A damaged split is reported by the stage that reads all of it.
     match text.and_then(|text| serde_json::from_slice::<Sources>(&text).ok()) {
-        Some(split) => ensure_among(source, &split.sources),
+        Some(split) => ensure_among(root, config, source, &split.sources),
         None => Ok(()),
     }
 }
 
-fn ensure_among(source: &str, known: &[String]) -> Result<()> {
-    ensure!(
-        known.iter().any(|known| known == source),
-        UsageError(format!(
-            "`{source}` was not compared when this run's shapes were chosen (only {}), so some of them may have no labels by it; \
-             name it in compare.supervision of a new run folder",
-            known.join(", ")
-        ))
-    );
-    Ok(())
+fn ensure_among(root: &Path, config: &Config, source: &str, known: &[String]) -> Result<()> {
+    if known.iter().any(|known| known == source) {
+        return Ok(());
+    }
+    let advice = match with_source_in_new_folder(root, config, source) {
+        Ok(command) => format!("train it in a new run folder: {command}"),
+        Err(_) => "name it in compare.supervision of a new run folder".to_owned(),
+    };
+    bail!(UsageError(format!(
+        "`{source}` was not compared when this run's shapes were chosen (only {}), so some of them may have no labels by it; {advice}",
+        known.join(", ")
+    )))
 }
 
 #[derive(Deserialize)]
@@ -157,7 +161,8 @@ impl SplitFile {
             of_another_version()
         );
         let file: Self = folder.read_json(FILE, DAMAGE_ADVICE)?;
-        let differing = differences(&SplitSettings::of(config), &file.settings);
+        let mut differing = differences(&SplitSettings::of(config), &file.settings);
+        differing.retain(|difference| !are_same_place(&difference.here, &difference.there));
         ensure!(
             differing.is_empty(),
             UsageError(format!(
@@ -192,8 +197,8 @@ impl SplitFile {
     ///
     /// # Errors
     /// If it does not know the source.
-    pub(crate) fn ensure_source(&self, source: &str) -> Result<()> {
-        ensure_among(source, &self.sources)
+    pub(crate) fn ensure_source(&self, root: &Path, config: &Config, source: &str) -> Result<()> {
+        ensure_among(root, config, source, &self.sources)
     }
 
     /// The label sources by which every shape on a side has at least two labels.

@@ -41,7 +41,7 @@ pub(crate) fn eval(args: &EvalArgs) -> Result<ExitCode> {
     refuse_new_settings(&stored, &loaded.config)?;
     for source in &loaded.config.compare.supervision {
         if !stored.compare.supervision.contains(source) {
-            ensure_source_of_run(folder.root(), source)?;
+            ensure_source_of_run(folder.root(), &loaded.config, source)?;
         }
     }
     named_sources(&loaded.config).map_err(|error| loaded.located(&error))?;

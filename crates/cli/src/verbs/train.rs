@@ -7,7 +7,7 @@ use crate::run::{
     with_data,
 };
 use crate::stdout::print_result;
-use crate::usage::UsageError;
+use crate::usage::{UsageError, as_usage_error};
 use anyhow::{Result, ensure};
 use partprobe_dataset::Dataset;
 use std::path::PathBuf;
@@ -51,7 +51,12 @@ pub(crate) fn train(args: &TrainArgs) -> Result<ExitCode> {
     let loaded = load(&args.config, &set)?;
     loaded.config.ensure_point_probe()?;
     ensure_frozen_parts(&loaded.config).map_err(|error| loaded.located(&error))?;
-    ensure_source_of_run(&args.out, &args.supervision)?;
+    let source = &args.supervision;
+    loaded
+        .config
+        .ensure_known_source(source)
+        .map_err(|error| as_usage_error(error.context("--supervision")))?;
+    ensure_source_of_run(&args.out, &loaded.config, source)?;
     let known = &loaded.config.compare.supervision;
     ensure!(
         known.contains(&args.supervision),
