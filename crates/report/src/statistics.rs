@@ -2,9 +2,9 @@
 //!
 //! Markdown goes in, as in the files of the run folder, and a section of the page comes out. Nothing is computed here.
 
-use crate::html::section;
+use crate::html::{escaped, section};
 use partprobe_eval::Tables;
-use pulldown_cmark::{Event, Options, Parser, html};
+use pulldown_cmark::{Event, Options, Parser, Tag, TagEnd, html};
 
 /// The section with the statistics of the tables, and then each further text. It is empty if there is no text.
 pub(crate) fn statistics(tables: &Tables, further: &[String]) -> String {
@@ -15,13 +15,21 @@ pub(crate) fn statistics(tables: &Tables, further: &[String]) -> String {
     section("statistics", "Statistics and settings", "", &body)
 }
 
-/// Markdown as HTML. Wide tables scroll, and HTML in the text is shown as text.
+/// Markdown as HTML. Wide tables scroll, and HTML, links and images in the text are shown as text.
 fn html_of(markdown: &str) -> String {
     let plain = |event| match event {
-        Event::Html(text) | Event::InlineHtml(text) => Event::Text(text),
-        other => other,
+        Event::Text(text) | Event::Html(text) | Event::InlineHtml(text) => {
+            Some(Event::InlineHtml(escaped(&text).into()))
+        }
+        Event::Code(text) => {
+            let code = format!("<code>{}</code>", escaped(&text));
+            Some(Event::InlineHtml(code.into()))
+        }
+        Event::Start(Tag::Link { .. } | Tag::Image { .. })
+        | Event::End(TagEnd::Link | TagEnd::Image) => None,
+        other => Some(other),
     };
-    let events = Parser::new_ext(markdown, Options::ENABLE_TABLES).map(plain);
+    let events = Parser::new_ext(markdown, Options::ENABLE_TABLES).filter_map(plain);
     let mut body = String::new();
     html::push_html(&mut body, events);
     body.replace(
@@ -50,6 +58,7 @@ mod tests {
             html.contains("0.1</td></tr>\n</tbody></table></div>"),
             "{html}"
         );
+        assert_eq!(html_of("![a](https://x.org) [b](c)"), "<p>a b</p>\n");
         assert_eq!(html_of(""), "");
     }
 }

@@ -116,6 +116,9 @@ fn page(name: &str, supervision: &str) -> String {
             value: 0.5,
             passed: false,
         }],
+        further: &[format!(
+            "{name}\n\n| {name} |\n|---|\n| ![{name}](https://example.com/{name}) |\n"
+        )],
         log: &log,
         facts: &[Fact::new(name, name)],
         config: name,
@@ -124,11 +127,12 @@ fn page(name: &str, supervision: &str) -> String {
     .to_html()
 }
 
-const SECTIONS: [&str; 13] = [
+const SECTIONS: [&str; 14] = [
     "answer",
     "expectations",
     "means",
     "scores",
+    "statistics",
     "dose-response",
     "shapes",
     "view",

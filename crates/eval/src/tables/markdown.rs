@@ -297,6 +297,8 @@ Scored against `step-parts`, clusters by k-means:
 2 of 4 secondary differences have a corrected p below 0.05: `step-parts` − `brep-face` on `step-parts`, mIoU by k-means +0.250; \
 `step-parts` − `brep-face` on `step-parts`, accuracy by k-means +0.125.
 
+Two seeds tell little about the variance between trainings. Train three seeds or more.
+
 Means are over shapes with 2 to 19 reference parts; K bins hold their mean mIoU, in brackets their shapes.
 ";
         assert_eq!(text, expected);

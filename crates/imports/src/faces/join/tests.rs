@@ -140,7 +140,7 @@ fn what_is_not_certain_is_refused() {
         TWO,
         &[in_order.clone(), in_order],
         JoinBy::Auto,
-        "2 entries",
+        "2 files or lines",
     );
 
     let twice = FaceLabels::ByStepId(keyed(&[("12", "4"), ("12", "5")]));
