@@ -187,7 +187,7 @@ fn what_a_run_would_refuse_is_found_by_the_check_with_its_line() {
 #[test]
 fn a_wrong_key_in_the_file_is_not_blamed_on_another_assignment() {
     let folder = tempfile::tempdir().unwrap();
-    let text = "base = \"base\"\n[sources.mine]\ntype = \"faces\"\nby = \"nam\"\n";
+    let text = "base = \"base\"\n[sources.mine]\ntype = \"faces\"\nby = \"ordered\"\n";
     fs::write(folder.path().join("mine.toml"), text).unwrap();
     let check_set = |set: &str, error: &str| {
         let arguments = ["config", "check", "mine.toml", "--set", set];
@@ -195,7 +195,7 @@ fn a_wrong_key_in_the_file_is_not_blamed_on_another_assignment() {
     };
     check_set(
         "sources.mine.path=x",
-        "error: mine.toml, line 4: sources.mine: `by` is `nam`",
+        "error: mine.toml, line 4: sources.mine: `by` is `ordered`",
     );
     check_set(
         "sources.mine.by=stepid",

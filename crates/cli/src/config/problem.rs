@@ -422,21 +422,25 @@ mod tests {
 
     #[test]
     fn an_assignment_is_blamed_if_the_problem_is_in_it() {
-        let text = "[sources.m]\ntype = \"faces\"\nby = \"nam\"\n";
-        let wrong_by = "sources.m: `by` is `nam`";
+        let text = "[sources.m]\ntype = \"faces\"\nby = \"ordered\"\n";
+        let wrong_by = "sources.m: `by` is `ordered`";
         for (overrides, message, place) in [
             (&[][..], wrong_by, "f.toml, line 3"),
             (&["sources.m.path=x"], wrong_by, "f.toml, line 3"),
-            (&["sources.m.by=nam"], wrong_by, "--set sources.m.by=nam"),
             (
-                &["sources.m={by=\"nam\"}"],
+                &["sources.m.by=ordered"],
                 wrong_by,
-                "--set sources.m={by=\"nam\"}",
+                "--set sources.m.by=ordered",
             ),
             (
-                &["sources.m.by=nam", "sources.m.path=x"],
+                &["sources.m={by=\"ordered\"}"],
                 wrong_by,
-                "--set sources.m.by=nam",
+                "--set sources.m={by=\"ordered\"}",
+            ),
+            (
+                &["sources.m.by=ordered", "sources.m.path=x"],
+                wrong_by,
+                "--set sources.m.by=ordered",
             ),
         ] {
             let problem = ConfigProblem::of_key("sources.m".to_owned(), message.to_owned());
