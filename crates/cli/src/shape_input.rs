@@ -276,12 +276,12 @@ fn is_dataset(path: &Path) -> bool {
     Dataset::is_at(path) || path.join(SETTINGS_FILE).is_file()
 }
 
-/// The file of an export that says how it was made.
-const EXPORT_FILE: &str = "export.json";
-/// The file of an export that lists the shapes.
-const SHAPES_FILE: &str = "shapes.jsonl";
+/// The file of an export with its settings. It is written first, and distinguishes an export from other folders.
+pub(crate) const EXPORT_FILE: &str = "export.json";
+/// The file of an export that lists the shapes. It is written last, so a folder that has it is complete.
+pub(crate) const SHAPES_FILE: &str = "shapes.jsonl";
 /// The format of an export by `predict`: carriers with a further layer.
-const PREDICTIONS: &str = "predictions";
+pub(crate) const PREDICTIONS: &str = "predictions";
 /// The ending of a file of `predict` with points. It is not a carrier.
 const POINTS_ENDING: &str = ".points.npz";
 

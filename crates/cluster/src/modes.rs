@@ -22,7 +22,8 @@ const LEAST_COSINE: f32 = 0.95;
 pub struct Modes;
 
 impl Modes {
-    const NAME: &'static str = "modes";
+    /// Its name in configs and tables. It finds the number of clusters itself.
+    pub const NAME: &'static str = "modes";
 }
 
 impl Clusterer for Modes {

@@ -3,7 +3,7 @@
 use super::Config;
 use super::chain::{ConfigText, chain};
 use super::flag::{as_written, without_flag};
-use super::problem::{ConfigProblem, Layer, nearest, position_of};
+use super::problem::{ConfigProblem, Layer, position_of, suggestion};
 use crate::usage::as_usage_error;
 use anyhow::{Context, Result, anyhow, bail};
 use std::fs;
@@ -105,8 +105,8 @@ pub(crate) struct LoadedConfig {
 }
 
 /// The texts from which a config was read. They are used to find the place of a key.
-#[derive(Clone, Debug, Default)]
-pub(super) struct ConfigOrigin {
+#[derive(Clone, Debug)]
+struct ConfigOrigin {
     name_or_path: String,
     /// The name and the text of each file, the last one first.
     files: Vec<(String, String)>,
@@ -222,12 +222,10 @@ pub(super) fn read_text(name_or_path: &str) -> Result<(String, String, Option<Pa
     let path = Path::new(name_or_path);
     if path.try_exists().is_ok_and(|exists| !exists) {
         let names: Vec<&str> = shipped_names().collect();
-        let near = nearest(name_or_path, &names)
-            .map(|near| format!("; did you mean `{near}`?"))
-            .unwrap_or_default();
+        let names = names.join(", ");
         bail!(
-            "`{name_or_path}` is neither a file nor a shipped config ({}){near}",
-            names.join(", ")
+            "`{name_or_path}` is neither a file nor a shipped config ({names}){}",
+            suggestion(name_or_path, &names)
         );
     }
     let text = fs::read_to_string(path).with_context(|| format!("reading {}", path.display()))?;

@@ -36,6 +36,8 @@ pub(crate) use metric_name::MetricName;
 pub(crate) use paths::are_same_place;
 pub(crate) use problem::nearest;
 #[cfg(feature = "train")]
+pub(crate) use problem::suggestion;
+#[cfg(feature = "train")]
 pub(crate) use settings::overrides_of_preparation;
 pub(crate) use settings::{
     Attribute, Config, DataSource, Emit, EvalConfig, Keep, LabelConfig, NormalConfig, SampleConfig,

@@ -182,6 +182,13 @@ pub(crate) fn nearest<'a>(name: &str, names: &[&'a str]) -> Option<&'a str> {
     alike(name, names).or_else(|| longer(name, names))
 }
 
+/// The name that may have been meant, as the end of a message. The known names are separated by commas. It is empty if none is
+/// similar.
+pub(crate) fn suggestion(name: &str, known: &str) -> String {
+    let known: Vec<&str> = known.split(", ").collect();
+    nearest(name, &known).map_or_else(String::new, |near| format!("; did you mean `{near}`?"))
+}
+
 /// The first name in the alphabet that begins with another and `_`, such as `theta_deg` for `theta`.
 fn longer<'a>(name: &str, names: &[&'a str]) -> Option<&'a str> {
     let begins = |other: &&str| {

@@ -1,6 +1,6 @@
 //! Finds out what the names of label sources in a config stand for, without reading a label file.
 
-use super::problem::nearest;
+use super::problem::suggestion;
 use super::settings::Config;
 use super::source_table::SourceTable;
 use anyhow::{Context, Result, anyhow};
@@ -77,9 +77,8 @@ impl Config {
         };
         let own = self.sources.keys().map(String::as_str);
         let names: Vec<&str> = known.split(", ").chain(own).collect();
-        let near = nearest(&name, &names)
-            .map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
         let known = names.join(", ");
+        let near = suggestion(&name, &known);
         anyhow!("{}{near}", SourceError::Unknown { name, known })
     }
 }

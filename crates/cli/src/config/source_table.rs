@@ -1,6 +1,6 @@
 //! Reads `[sources.NAME]`: labels of another program or of a model, with a name that is used like that of a built-in source.
 
-use super::problem::{ConfigProblem, nearest};
+use super::problem::{ConfigProblem, suggestion};
 use crate::source_types::source_type;
 use anyhow::{Result, anyhow, bail, ensure};
 use partprobe_imports::ImportError;
@@ -81,10 +81,10 @@ impl SourceTable {
              every table must say so; choose a name with `{OPTIMISTIC}` in it, for example `{name}-{OPTIMISTIC}`"
         );
         let known = source_type(&self.import_type)
-            .map_err(|error| anyhow!("sources.{name}.type: {error}{}", suggestion(&error)))?;
+            .map_err(|error| anyhow!("sources.{name}.type: {error}{}", meant(&error)))?;
         known
             .check(&self.context())
-            .map_err(|error| anyhow!("sources.{name}: {error}{}", suggestion(&error)))?;
+            .map_err(|error| anyhow!("sources.{name}: {error}{}", meant(&error)))?;
         self.check_paths(name)
     }
 
@@ -114,7 +114,7 @@ impl SourceTable {
 }
 
 /// The name that may have been meant, as the end of a message. It is empty if no name is similar.
-fn suggestion(error: &ImportError) -> String {
+fn meant(error: &ImportError) -> String {
     let (name, known) = match error {
         ImportError::UnknownType { name, known } => (name, known.as_str()),
         ImportError::UnknownKey { key, known, .. } => (key, known.as_str()),
@@ -123,6 +123,5 @@ fn suggestion(error: &ImportError) -> String {
         } => (value, expected.strip_prefix("one of ").unwrap_or_default()),
         _ => return String::new(),
     };
-    let known: Vec<&str> = known.split(", ").collect();
-    nearest(name, &known).map_or_else(String::new, |near| format!("; did you mean `{near}`?"))
+    suggestion(name, known)
 }

@@ -3,15 +3,14 @@
 //! A shape and a reference go in, and rows of scores come out. Nothing here is trained. A network that is not better than
 //! `growing-20` is not better than plain geometry, and no network can be better than `token-ceiling`.
 
-use super::evaluation::{clusters_array, member_name, score_columns, score_row};
-use super::footer::MODES;
+use super::evaluation::{ScoreColumn, clusters_array, member_name, score_columns, score_row};
 use super::scoring_context::ScoringContext;
 use super::shapes::Shape;
 use crate::config::{ClustererName, Config};
 use crate::progress::Progress;
 use anyhow::{Context, Result};
 use partprobe_carrier::{Embeddings, Point, keyed_rng, nearest_points, unit_interval};
-use partprobe_cluster::{RegionGrowing, Regions};
+use partprobe_cluster::{Modes, RegionGrowing, Regions};
 use partprobe_eval::{
     ScoreRow, ScoredShape, TokenizedShape, clusters_of_labels, labels_row, score_clusters,
     score_oracle_k,
@@ -30,15 +29,6 @@ const GROWING: [(&str, f64); 3] = [
 
 /// The number of nearest points with which each point may be joined.
 const N_NEIGHBORS: usize = 10;
-
-/// The number of regions that are kept. All other points get the region of a near point.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum GrownCount {
-    /// As many as the reference has parts. This is for tables whose clusterer knows this number.
-    OfReference,
-    /// All regions that are large enough. This is for tables whose clusterer finds the number.
-    Found,
-}
 
 /// The smallest number of points of a region that counts as a part, if the number of parts is not known.
 const MIN_REGION: usize = 20;
@@ -93,19 +83,25 @@ fn bounds_of_shape(context: &ScoringContext<'_>, shape: &Shape) -> Result<Vec<Sc
     let seed = config.compare.seeds[0];
     let mut rows = Vec::new();
     let mut files: BTreeMap<String, Vec<(String, Array)>> = BTreeMap::new();
+    let finds_count = |column: &ScoreColumn| column.clusterer.name() == Modes::NAME;
+    let found_count = columns
+        .iter()
+        .any(finds_count)
+        .then(|| bounded.grown(|regions| regions.n_with_at_least(MIN_REGION).max(1)));
     for reference in &context.references {
         let labels = shape.labels_by(reference)?;
-        let [with_k, without_k] = [GrownCount::OfReference, GrownCount::Found]
-            .map(|count| bounded.predictions(reference, config, count));
-        let (with_k, without_k) = (with_k?, without_k?);
+        let n_parts = score_clusters(&vec![0; labels.len()], labels)?.k;
+        let grown = bounded.grown(|_| n_parts);
+        let others = bounded.predictions(reference, config)?;
         let near_boundary = context.boundaries.of(&shape.id, reference);
         for (idx, column) in columns.iter().enumerate() {
-            let without_clusterer = match column.clusterer.name() {
-                MODES => &without_k,
-                _ => &with_k,
+            // A clusterer that is not given the number of parts is compared with regions that are not given it either.
+            let grown = match &found_count {
+                Some(found) if finds_count(column) => found,
+                _ => &grown,
             };
             let perfect = bounded.perfect(labels, column.clusterer, config)?;
-            for (name, predicted) in without_clusterer.iter().chain([&perfect]) {
+            for (name, predicted) in grown.iter().chain(&others).chain([&perfect]) {
                 let scored = ScoredShape {
                     near_boundary,
                     ..bounded.scored(predicted, labels)?
@@ -165,24 +161,20 @@ impl<'a> BoundedShape<'a> {
         })
     }
 
-    /// The name of each row against one reference that needs no clusterer, and the cluster of each point.
-    fn predictions(
-        &self,
-        reference: &str,
-        config: &Config,
-        count: GrownCount,
-    ) -> Result<Vec<(String, Vec<u32>)>> {
-        let labels = self.shape.labels_by(reference)?;
-        let n_parts = score_clusters(&vec![0; labels.len()], labels)?.k;
+    /// The rows of region growing, each with the cluster of each point. `count` gives the number of regions that are kept; all other
+    /// points get the region of a near point.
+    fn grown(&self, count: impl Fn(&Regions) -> usize) -> Vec<(String, Vec<u32>)> {
         let grown = self.regions.iter().map(|(name, regions)| {
-            let k = match count {
-                GrownCount::OfReference => n_parts,
-                GrownCount::Found => regions.n_with_at_least(MIN_REGION).max(1),
-            };
-            ((*name).to_owned(), regions.largest(&self.points, k))
+            let predicted = regions.largest(&self.points, count(regions));
+            ((*name).to_owned(), predicted)
         });
-        let mut predictions: Vec<(String, Vec<u32>)> = grown.collect();
+        grown.collect()
+    }
 
+    /// All other rows against one reference that need no clusterer, each with the cluster of each point.
+    fn predictions(&self, reference: &str, config: &Config) -> Result<Vec<(String, Vec<u32>)>> {
+        let labels = self.shape.labels_by(reference)?;
+        let mut predictions = Vec::new();
         let others = config.compare.supervision.iter();
         for source in others.filter(|&source| source != reference) {
             // An endpoint on other shapes may lack the labels of a supervision.

@@ -5,12 +5,10 @@ use super::split_file::SplitFile;
 use crate::config::{Config, LabelConfig, NormalConfig};
 use crate::counted::counted;
 use crate::program_version::COMMIT;
+use partprobe_cluster::Modes;
 use partprobe_eval::ScoreRow;
 use partprobe_net::Voxels;
 use std::collections::BTreeSet;
-
-/// The clusterer that finds the number of clusters itself.
-pub(super) const MODES: &str = "modes";
 
 /// The shapes that tables are about.
 #[derive(Clone, Debug)]
@@ -113,7 +111,7 @@ fn settings(
         (Normals::OfConfig, NormalConfig::Analytic) => "of the true surface",
     };
     let mut clusterers = config.eval.clusterers.iter();
-    let found_k = match clusterers.any(|clusterer| clusterer.name() == MODES) {
+    let found_k = match clusterers.any(|clusterer| clusterer.name() == Modes::NAME) {
         true => " (`modes` finds its own K)",
         false => "",
     };

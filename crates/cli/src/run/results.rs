@@ -9,7 +9,7 @@ use super::page::{FaceSource, PageScores, page};
 use super::stages::Run;
 use super::training_job::TrainingRecord;
 use crate::MISSED_BOUND;
-use crate::config::{Config, nearest};
+use crate::config::{Config, suggestion};
 use crate::stdout::{print_result, print_result_tables};
 use crate::usage::UsageError;
 use anyhow::{Result, anyhow, ensure};
@@ -58,12 +58,6 @@ fn expectation_problem(error: ExpectationError) -> anyhow::Error {
         _ => return anyhow!("expect: {error}"),
     };
     anyhow!("expect: {error}{}", suggestion(name, &known))
-}
-
-/// The name that may have been meant, as the end of a message. It is empty if no name of the list is similar.
-fn suggestion(name: &str, known: &str) -> String {
-    let known: Vec<&str> = known.split(", ").collect();
-    nearest(name, &known).map_or_else(String::new, |near| format!("; did you mean `{near}`?"))
 }
 
 impl Run<'_> {

@@ -138,23 +138,23 @@ impl fmt::Display for Selection {
             .iter()
             .map(|(reason, ids)| (reason, ids.len()))
             .collect();
-        let mut n_unnamed = 0;
+        let mut others = Vec::new();
         if reasons.len() > MAX_REASONS {
             reasons.sort_by_key(|&(reason, n_shapes)| (Reverse(n_shapes), reason));
-            n_unnamed = reasons[MAX_NAMED_REASONS..].iter().map(|(_, n)| n).sum();
+            others = reasons.split_off(MAX_NAMED_REASONS);
         }
-        let n_named = if n_unnamed > 0 {
-            MAX_NAMED_REASONS
-        } else {
-            reasons.len()
-        };
-        for (reason, n_shapes) in &reasons[..n_named] {
+        for (reason, n_shapes) in reasons {
             write!(f, "; {n_shapes} left out: {reason}")?;
         }
-        match reasons.len() - n_named {
-            0 => Ok(()),
-            n_reasons => write!(f, "; {n_unnamed} left out for {n_reasons} other reasons"),
+        if others.is_empty() {
+            return Ok(());
         }
+        let n_shapes: usize = others.iter().map(|(_, n_shapes)| n_shapes).sum();
+        write!(
+            f,
+            "; {n_shapes} left out for {} other reasons",
+            others.len()
+        )
     }
 }
 
@@ -386,7 +386,7 @@ fn point_labels(
 }
 
 /// The number of labels. Negative ones do not count.
-fn n_labels(labels: &[i32]) -> usize {
+pub(super) fn n_labels(labels: &[i32]) -> usize {
     let seen: BTreeSet<i32> = labels.iter().copied().filter(|&label| label >= 0).collect();
     seen.len()
 }
@@ -394,6 +394,11 @@ fn n_labels(labels: &[i32]) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn labels_are_counted_without_negative_ones() {
+        assert_eq!(n_labels(&[4, -1, 4, 0, -2]), 2);
+    }
 
     #[test]
     fn many_reasons_are_counted() {

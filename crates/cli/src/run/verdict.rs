@@ -2,6 +2,7 @@
 
 use super::evaluation::{Embedder, ScoredModel, evaluate};
 use super::scoring_context::{Boundaries, ScoringContext};
+use super::shapes::n_labels;
 use super::stages::Run;
 use crate::config::Config;
 use crate::usage::UsageError;
@@ -112,12 +113,6 @@ impl Run<'_> {
     }
 }
 
-/// The number of different labels of points. Negative ones are not counted.
-fn n_labels(labels: &[i32]) -> usize {
-    let labels: BTreeSet<i32> = labels.iter().copied().filter(|&label| label >= 0).collect();
-    labels.len()
-}
-
 /// Whether two lists of labels divide the points alike, by whatever numbers. Points without a label must be the same.
 fn is_same_partition(first: &[i32], second: &[i32]) -> bool {
     let is_function = |from: &[i32], to: &[i32]| {
@@ -148,10 +143,5 @@ mod tests {
                 "{second:?}"
             );
         }
-    }
-
-    #[test]
-    fn labels_are_counted_without_negative_ones() {
-        assert_eq!(n_labels(&[4, -1, 4, 0, -2]), 2);
     }
 }

@@ -15,8 +15,9 @@ use std::path::PathBuf;
     after_help = "Example: partprobe expect runs/first runs/second > bounds.toml
 
 Each line bounds a score of a label source from below: its mean over all seeds, minus --deviations standard deviations, rounded down
-to three decimals. The scores are miou, accuracy, gtc_accuracy and gtc_miou; other bounds are written by hand. Copy the lines into the config of a run. (The bounds of `partprobe score --expect` name a metric alone, for example miou = \">= 0.6\".) Each
-seed of a run counts separately, so one run of three seeds is enough."
+to three decimals. The scores are miou, accuracy, gtc_accuracy and gtc_miou; other bounds are written by hand. Copy the lines into
+the config of a run. (The bounds of `partprobe score --expect` name a metric alone, for example miou = \">= 0.6\".) Each seed of a run
+counts separately, so one run of three seeds is enough."
 )]
 pub(crate) struct ExpectArgs {
     /// The run folders.

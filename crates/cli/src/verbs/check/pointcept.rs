@@ -3,9 +3,10 @@
 use crate::counted::counted;
 use crate::interrupt::Interrupt;
 use crate::progress::Progress;
+use crate::shape_input::SHAPES_FILE;
 use crate::stdout::print_line;
 use crate::usage::UsageError;
-use crate::verbs::export::{SHAPES_FILE, SIDES, ShapeLine};
+use crate::verbs::export::{SIDES, ShapeLine};
 use anyhow::{Context, Result, bail, ensure};
 use partprobe_formats::{POINTCEPT_FILES, check_pointcept_shape};
 use rayon::prelude::*;

@@ -1,13 +1,13 @@
 //! Passes every shape through one writer, on several threads, in the requested order.
 
 use super::folder::ExportFolder;
-use super::shape_line::{SHAPES_FILE, ShapeLine};
+use super::shape_line::ShapeLine;
 use crate::counted::counted;
 use crate::damaged_carriers::refuse_damaged_carriers;
 use crate::interrupt::Interrupt;
 use crate::output_folder::is_output_error;
 use crate::progress::Progress;
-use crate::shape_input::ShapeInput;
+use crate::shape_input::{SHAPES_FILE, ShapeInput};
 use crate::stderr;
 use crate::stdout::print_line;
 use anyhow::{Context, Result, anyhow, ensure};

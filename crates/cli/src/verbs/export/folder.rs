@@ -7,6 +7,7 @@ use crate::output_folder::{
     ensure_still_there, files_below, make_folder, remove_content, remove_if_all_unfinished,
     remove_if_there, remove_unfinished,
 };
+use crate::shape_input::EXPORT_FILE;
 use crate::usage::UsageError;
 use anyhow::{Context, Result, bail, ensure};
 use partprobe_dataset::{json_document, write_atomically};
@@ -15,8 +16,6 @@ use std::ffi::OsStr;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// The file with the settings. It is written first, and distinguishes an export from other folders.
-const SETTINGS_FILE: &str = "export.json";
 /// The endings that every export may write: its settings, its list of shapes, and the carriers of files that it labels
 /// on the way. The endings of the formats are in their list.
 const COMMON_EXTENSIONS: [&str; 3] = ["json", "jsonl", "npz"];
@@ -58,7 +57,7 @@ impl ExportFolder {
     /// Removes the former export, and keeps the files that were labeled for the new one. The settings are removed last: without them,
     /// what is left would not be known as an export.
     pub(super) fn clear(&self) -> Result<()> {
-        let settings = self.root.join(SETTINGS_FILE);
+        let settings = self.root.join(EXPORT_FILE);
         remove_content(&self.root, &[&self.scratch(), &settings])?;
         remove_if_there(&settings)
     }
@@ -107,13 +106,13 @@ impl ExportFolder {
     /// Refuses a folder that is not an export with these settings.
     fn ensure_settings(&self, format: &str, settings: &Value) -> Result<()> {
         let root = &self.root;
-        let found = fs::read(root.join(SETTINGS_FILE)).unwrap_or_default();
+        let found = fs::read(root.join(EXPORT_FILE)).unwrap_or_default();
         let found: Value = serde_json::from_slice(&found).unwrap_or_default();
         let wanted = settings_document(format, settings);
         ensure!(
             found["format"] == wanted["format"],
             UsageError(format!(
-                "{} holds no {SETTINGS_FILE} of this export, so it cannot be resumed; choose another --out",
+                "{} holds no {EXPORT_FILE} of this export, so it cannot be resumed; choose another --out",
                 root.display()
             ))
         );
@@ -146,7 +145,7 @@ impl ExportFolder {
     /// Writes `export.json`: the format and every setting that determines the bytes of the files.
     pub(super) fn write_settings(&self, format: &str, settings: &Value) -> Result<()> {
         let document = settings_document(format, settings);
-        self.write(Path::new(SETTINGS_FILE), &json_document(&document)?)
+        self.write(Path::new(EXPORT_FILE), &json_document(&document)?)
     }
 
     /// Removes the folder if it is empty, because no shape was found.
@@ -191,13 +190,13 @@ fn ensure_replaceable(root: &Path, inputs: &[PathBuf], known: &[Outputs]) -> Res
             path.display()
         )));
     }
-    let settings = fs::read(root.join(SETTINGS_FILE)).unwrap_or_default();
+    let settings = fs::read(root.join(EXPORT_FILE)).unwrap_or_default();
     let is_export = serde_json::from_slice::<Value>(&settings)
         .is_ok_and(|document| document["format"].is_string());
     ensure!(
         is_export,
         UsageError(format!(
-            "{} holds no {SETTINGS_FILE} of an export, so --force removes nothing",
+            "{} holds no {EXPORT_FILE} of an export, so --force removes nothing",
             root.display()
         ))
     );
@@ -249,7 +248,7 @@ mod tests {
             .unwrap();
         assert!(refusal(Replace::Nothing).contains("is not empty"));
         assert!(refusal(EXPORT).contains("no export.json"));
-        fs::write(root.join(SETTINGS_FILE), r#"{"format": "ply"}"#).unwrap();
+        fs::write(root.join(EXPORT_FILE), r#"{"format": "ply"}"#).unwrap();
         fs::write(root.join("a/thesis.tex"), "").unwrap();
         assert!(refusal(EXPORT).contains("thesis.tex was not written by `export`"));
         fs::remove_file(root.join("a/thesis.tex")).unwrap();

@@ -29,5 +29,5 @@ mod webdataset;
 pub(crate) use pointcept::SIDES;
 #[cfg(feature = "train")]
 pub(crate) use predictions::{PredictArgs, predict};
-pub(crate) use shape_line::{SHAPES_FILE, ShapeLine};
+pub(crate) use shape_line::ShapeLine;
 pub(crate) use verb::{ExportArgs, export};

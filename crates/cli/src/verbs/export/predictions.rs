@@ -9,18 +9,18 @@ use super::mesh_files::with_suffix;
 use super::outputs::Outputs;
 use super::predicted_labels::{LAYER, PredictedLabels};
 use super::session::ExportSession;
-use super::shape_line::{SHAPES_FILE, ShapeLine};
+use super::shape_line::ShapeLine;
 use crate::backbone::{Backbone, BackboneArgs, ensure_preparation};
 use crate::config::is_set;
 use crate::counted::counted;
 use crate::points::points_of;
 use crate::run::npz_bytes;
-use crate::shape_input::ShapeInput;
+use crate::shape_input::{PREDICTIONS, SHAPES_FILE, ShapeInput};
 use crate::stderr;
 use crate::usage::UsageError;
 use anyhow::{Context, Result, ensure};
 use partprobe_carrier::{Carrier, ShapeKind};
-use partprobe_cluster::ClustererFactory;
+use partprobe_cluster::{ClustererFactory, Modes};
 use partprobe_formats::{Array, Compression, carrier_from_npz, carrier_to_npz, integer_lines};
 use partprobe_net::Backend;
 use serde_json::json;
@@ -34,8 +34,6 @@ const OUTPUTS: &[Outputs] = &[Outputs {
     extensions: &["npz", "seg"],
     file_names: &[],
 }];
-/// The clusterer that finds the number of clusters itself.
-const FINDS_K: &str = "modes";
 /// The clusterer if the number of clusters is given.
 const TAKES_K: &str = "k-means";
 
@@ -132,9 +130,9 @@ pub(crate) fn predict(args: &PredictArgs) -> Result<()> {
     });
     let folder = args.folder_for(&backbone)?;
     let session = if args.resume {
-        ExportSession::resumed("predictions", &folder, &settings)?
+        ExportSession::resumed(PREDICTIONS, &folder, &settings)?
     } else {
-        ExportSession::new("predictions", &folder, &settings, OUTPUTS)?
+        ExportSession::new(PREDICTIONS, &folder, &settings, OUTPUTS)?
     };
     let session = session.resumable();
     let shapes: Vec<&ShapeInput> = session.sources.shapes.iter().collect();
@@ -213,7 +211,7 @@ fn earlier_lines(out: &Path, lines: &[ShapeLine]) -> Result<Vec<ShapeLine>> {
 impl PredictArgs {
     fn clusterer(&self) -> Result<&'static ClustererFactory> {
         let finds_k = self.k == PartCount::Auto;
-        let default = if finds_k { FINDS_K } else { TAKES_K };
+        let default = if finds_k { Modes::NAME } else { TAKES_K };
         let name = self.clusterer.as_deref().unwrap_or(default);
         let found = ClustererFactory::named(name).ok_or_else(|| {
             UsageError(format!(
@@ -222,13 +220,13 @@ impl PredictArgs {
             ))
         })?;
         ensure!(
-            finds_k || name != FINDS_K,
+            finds_k || name != Modes::NAME,
             UsageError(format!(
                 "`--clusterer {name}` does not take a number of parts; choose k-means or average-link, or leave out --k"
             ))
         );
         ensure!(
-            !finds_k || name == FINDS_K,
+            !finds_k || name == Modes::NAME,
             UsageError(format!(
                 "`--clusterer {name}` needs the number of parts; give --k N or --k step-parts"
             ))

@@ -4,9 +4,6 @@ use crate::damaged_carriers::is_damaged_carrier;
 use crate::shape_input::{FailedInput, ShapeInput};
 use serde::{Deserialize, Serialize};
 
-/// The file that lists the shapes. It is written last, so a folder that has it is complete.
-pub(crate) const SHAPES_FILE: &str = "shapes.jsonl";
-
 /// A shape with its files, or the reason why it has none.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 pub(crate) struct ShapeLine {

@@ -10,6 +10,7 @@ use crate::run::{
     Execution, ExecutionArgs, Run, RunFolder, TrainingArgs, error_rate, measured_false_alarms,
     named_sources, remember_data, today, verdict_settings, with_data,
 };
+use crate::run_path::RUN_OF_VERDICT;
 use crate::stdout::{print_line, print_result};
 use crate::usage::UsageError;
 use crate::verbs::run::labeled_into;
@@ -111,7 +112,7 @@ pub(crate) fn verdict(args: &VerdictArgs) -> Result<ExitCode> {
         .out
         .clone()
         .unwrap_or_else(|| Path::new("runs").join(format!("{}-verdict", today())));
-    let is_started = root.join("run/split.json").exists();
+    let is_started = root.join(RUN_OF_VERDICT).join("split.json").exists();
     ensure!(
         args.resume || !is_started,
         UsageError(format!(
@@ -221,7 +222,7 @@ impl<'a> Session<'a> {
 
     /// The number of updates: that of a resumed verdict, the requested one, or the largest one that fits into the budget.
     fn updates(&self, budget: Budget) -> Result<usize> {
-        let config_file = self.root.join("run/config.toml");
+        let config_file = self.root.join(RUN_OF_VERDICT).join("config.toml");
         if config_file.exists() {
             let steps = load(&config_file.to_string_lossy(), &[])?
                 .config
@@ -288,7 +289,11 @@ impl<'a> Session<'a> {
     /// Trains seed by seed until a look decides, and prints the result.
     fn decide(&self, n_updates: usize, budget: Option<Budget>) -> Result<ExitCode> {
         let loaded = self.config(n_updates)?;
-        let folder = RunFolder::open(&self.root.join("run"), &loaded.merged, self.args.resume)?;
+        let folder = RunFolder::open(
+            &self.root.join(RUN_OF_VERDICT),
+            &loaded.merged,
+            self.args.resume,
+        )?;
         let mut run = self.run(&loaded, &folder)?;
         ensure_decidable(&run, self.compared(), folder.root())?;
         remember_data(&folder, self.dataset.root())?;
