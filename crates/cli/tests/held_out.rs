@@ -929,6 +929,20 @@ fn the_page_of_a_run_is_written_again() {
         "types are known"
     );
 
+    fixture.check(&["report", "run", "--charts", "made/charts"], 0, "");
+    for (chart, text) in [
+        ("means", ">step-parts</text>"),
+        ("numbers-of-parts", "reference parts (K)"),
+        ("types-step-parts", "Trained on step-parts: % of the points"),
+        ("scores-step-parts", "mIoU per shape: step-parts"),
+    ] {
+        let svg = page(&format!("made/charts/{chart}.svg"));
+        assert!(
+            svg.starts_with("<svg xmlns=") && svg.contains(text) && !svg.contains("var("),
+            "{chart}: {svg}"
+        );
+    }
+
     // The faces of a run of an earlier version are those of the data set, or unknown.
     copy_folder(&fixture.path("run"), &fixture.path("old/run"));
     forget_faces(&fixture.path("old/run/test"));
@@ -948,6 +962,11 @@ fn the_page_of_a_run_is_written_again() {
         &["report", "run", "old/run", "--html", "x.html"],
         2,
         "name one run folder",
+    );
+    fixture.check(
+        &["report", "run", "--data", "data"],
+        2,
+        "--html <FILE>|--charts <FOLDER>",
     );
 }
 

@@ -1,10 +1,11 @@
 //! Draws all numbers of the log of a run as smoothed curves.
 
-use crate::chart::{Line, LineChart, figure};
+use crate::chart::{Chart, Entry, Line, LineChart, to_html};
 use crate::html::{escaped, section};
 use crate::log_series::{LogSeries, Series};
 use crate::names::Names;
 use partprobe_eval::{METRICS, Metric};
+use std::collections::BTreeSet;
 
 /// The largest number of points of a curve. Each point is the mean over the updates next to it.
 const MAX_POINTS: usize = 160;
@@ -47,69 +48,123 @@ const KNOWN: [(&str, &str, &str); 14] = [
     ("loading_seconds", "Time of loading", "seconds"),
 ];
 
-/// The section with all curves. It is empty if nothing was logged.
-pub(crate) fn curves(log: &str, names: &Names<'_>) -> String {
-    let series = LogSeries::read(log);
-    let groups = [("valid", "At each validation"), ("step", "At each update")];
-    let is_known = |event: &str| groups.iter().any(|(known, _)| *known == event);
-    let mut body = String::new();
-    for (event, heading) in groups {
-        body.push_str(&group(&series, heading, names, |own| own == event));
-    }
-    body.push_str(&group(&series, "Other", names, |own| !is_known(own)));
-    if !body.is_empty() {
+/// The events whose numbers have a heading of their own: at each validation, and at each update.
+const GROUPS: [(&str, &str); 2] = [("valid", "At each validation"), ("step", "At each update")];
+
+/// The charts of the events under a heading.
+#[derive(Clone, Debug)]
+pub(crate) struct CurveGroup {
+    heading: &'static str,
+    pub(crate) charts: Vec<Chart>,
+    /// The numbers that never change, as HTML.
+    constant: Vec<String>,
+}
+
+/// The curves of all numbers of a log.
+#[derive(Clone, Debug)]
+pub(crate) struct Curves {
+    pub(crate) groups: Vec<CurveGroup>,
+    /// The supervisions that have curves, as HTML.
+    legend: String,
+}
+
+impl Curves {
+    /// Draws all numbers of a log.
+    pub(crate) fn of(log: &str, names: &Names<'_>) -> Self {
+        let series = LogSeries::read(log);
+        let is_known = |event: &str| GROUPS.iter().any(|(known, _)| *known == event);
+        let mut groups: Vec<CurveGroup> = GROUPS
+            .iter()
+            .map(|(event, heading)| CurveGroup::of(&series, heading, names, |own| own == *event))
+            .collect();
+        groups.push(CurveGroup::of(&series, "Other", names, |own| {
+            !is_known(own)
+        }));
+
         let shown = series
             .fields
             .iter()
             .flat_map(|(_, trainings)| trainings.keys());
-        body.insert_str(0, &names.legend(shown.map(|(name, _)| name.as_str())));
+        Self {
+            groups,
+            legend: names.legend(shown.map(|(name, _)| name.as_str())),
+        }
     }
-    section(
-        "curves",
-        "Training curves",
-        "Each curve is a running mean of the log; the band behind it holds nine tenths of the values. A training has one curve per \
-         seed. Point at a chart to read its values.",
-        &body,
-    )
+
+    /// The section with all curves. It is empty if nothing was logged.
+    pub(crate) fn to_html(&self) -> String {
+        let mut body: String = self.groups.iter().map(CurveGroup::to_html).collect();
+        if !body.is_empty() {
+            body.insert_str(0, &self.legend);
+        }
+        section(
+            "curves",
+            "Training curves",
+            "Each curve is a running mean of the log; the band behind it holds nine tenths of the values. A training has one curve per \
+             seed. Point at a chart to read its values.",
+            &body,
+        )
+    }
 }
 
-/// The charts of some events under a heading, and a list of the numbers that never change.
-fn group(
-    series: &LogSeries,
-    heading: &str,
-    names: &Names<'_>,
-    is_in: impl Fn(&str) -> bool,
-) -> String {
-    let mut charts = String::new();
-    let mut constant = Vec::new();
-    let mut fields: Vec<_> = series
-        .fields
-        .iter()
-        .filter(|((event, _), _)| is_in(event))
-        .collect();
-    fields.sort_by_key(|((_, field), _)| order(field));
-    for ((_, field), trainings) in fields {
-        if let Some(value) = only_value(trainings.values()) {
-            constant.push(format!("<code>{}</code> is {value}", escaped(field)));
-            continue;
+impl CurveGroup {
+    /// Draws the numbers of some events, and lists those that never change.
+    fn of(
+        series: &LogSeries,
+        heading: &'static str,
+        names: &Names<'_>,
+        is_in: impl Fn(&str) -> bool,
+    ) -> Self {
+        let (mut charts, mut constant) = (Vec::new(), Vec::new());
+        let mut fields: Vec<_> = series
+            .fields
+            .iter()
+            .filter(|((event, _), _)| is_in(event))
+            .collect();
+        fields.sort_by_key(|((_, field), _)| order(field));
+        for ((event, field), trainings) in fields {
+            if let Some(value) = only_value(trainings.values()) {
+                constant.push(format!("<code>{}</code> is {value}", escaped(field)));
+                continue;
+            }
+            let lines = trainings.iter().map(|((supervision, seed), series)| {
+                let name = format!("{supervision}, seed {seed}");
+                line(name, names.color(supervision), series)
+            });
+            let shown: BTreeSet<&String> = trainings.keys().map(|(name, _)| name).collect();
+            let entry = |name: &&String| Entry {
+                name: (*name).clone(),
+                color: names.color(name),
+            };
+            let mut legend: Vec<Entry> = shown.iter().map(entry).collect();
+            legend.sort_by_key(|entry| entry.color);
+            let chart = chart(event, field, lines.collect());
+            charts.extend(chart.map(|chart| chart.with_legend(legend)));
         }
-        let lines = trainings.iter().map(|((supervision, seed), series)| {
-            let name = format!("{supervision}, seed {seed}");
-            line(name, names.color(supervision), series)
-        });
-        charts.push_str(&chart(field, lines.collect()));
+        Self {
+            heading,
+            charts,
+            constant,
+        }
     }
-    if charts.is_empty() && constant.is_empty() {
-        return String::new();
+
+    fn to_html(&self) -> String {
+        if self.charts.is_empty() && self.constant.is_empty() {
+            return String::new();
+        }
+        let always = match self.constant.as_slice() {
+            [] => String::new(),
+            constant => format!(
+                "<p class=\"note\">Always the same: {}.</p>\n",
+                constant.join(", ")
+            ),
+        };
+        format!(
+            "<h3>{}</h3>\n<div class=\"charts\">{}</div>\n{always}",
+            self.heading,
+            to_html(&self.charts)
+        )
     }
-    let always = match constant.as_slice() {
-        [] => String::new(),
-        constant => format!(
-            "<p class=\"note\">Always the same: {}.</p>\n",
-            constant.join(", ")
-        ),
-    };
-    format!("<h3>{heading}</h3>\n<div class=\"charts\">{charts}</div>\n{always}")
 }
 
 /// Scores come first, in the order of the tables. Then come known fields in the order of the list, and then the other ones.
@@ -130,7 +185,7 @@ fn only_value<'a>(all: impl Iterator<Item = &'a Series>) -> Option<f64> {
     values.all(|value| value == first).then_some(first)
 }
 
-fn chart(field: &str, lines: Vec<Line>) -> String {
+fn chart(event: &str, field: &str, lines: Vec<Line>) -> Option<Chart> {
     let known = KNOWN.iter().find(|(name, _, _)| *name == field);
     let (title, label) = match (known, Metric::named(field)) {
         (Some((_, title, label)), _) => ((*title).to_owned(), (*label).to_owned()),
@@ -140,17 +195,18 @@ fn chart(field: &str, lines: Vec<Line>) -> String {
         ),
         (None, None) => (field.replace('_', " "), field.replace('_', " ")),
     };
-    let svg = LineChart {
+    let drawing = LineChart {
         x_label: "update".to_owned(),
         y_label: label,
         lines,
         from_zero: field != "learning_rate" && Metric::named(field).is_none(),
     }
-    .to_svg();
-    if svg.is_empty() {
-        return String::new();
-    }
-    figure(&title, &svg)
+    .draw()?;
+    Some(Chart::new(
+        &format!("curve-{event}-{field}"),
+        title,
+        drawing,
+    ))
 }
 
 /// A curve with few enough points: the mean of each bin of updates, with the range of its values as a band.

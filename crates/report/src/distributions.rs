@@ -1,7 +1,7 @@
 //! Draws distributions: the score per shape of each trained supervision, the number of parts, and the sizes of parts.
 
-use crate::chart::{Bars, figure};
-use crate::html::{escaped, section};
+use crate::chart::{Bars, Chart, to_html};
+use crate::html::section;
 use crate::names::Names;
 use crate::shape_digest::ShapeDigest;
 use crate::shape_scores::{MainTable, ShapeScore};
@@ -12,42 +12,10 @@ use std::collections::BTreeMap;
 const N_SCORE_BARS: usize = 20;
 
 /// The section with all histograms. It is empty without scores and shapes.
-pub(crate) fn distributions(
-    tables: &Tables,
-    rows: &[ScoreRow],
-    shapes: &[ShapeDigest],
-    names: &Names<'_>,
-) -> String {
-    let mut charts = String::new();
-    if let Some(main) = MainTable::of(tables) {
-        let shown = main
-            .supervisions(tables)
-            .filter(|name| names.is_trained(name) || *name == "no-network");
-        let mut first = None;
-        for name in shown {
-            let scores = main.scores(rows, name, MIOU);
-            charts.push_str(&score_chart(
-                name,
-                names.is_trained(name).then(|| names.color(name)),
-                &scores,
-            ));
-            first.get_or_insert(scores);
-        }
-        let k: Vec<usize> = first.iter().flatten().map(|score| score.k).collect();
-        charts.push_str(&chart(
-            "Number of reference parts of the test shapes",
-            k_bars(&k),
-        ));
-    }
-    let sizes: Vec<f64> = shapes
-        .iter()
-        .filter_map(|shape| shape.references.first())
-        .flat_map(|reference| reference.parts.iter().map(|part| part.size))
-        .collect();
-    charts.push_str(&chart("Sizes of the reference parts", size_bars(&sizes)));
-    let body = match charts.as_str() {
-        "" => String::new(),
-        charts => format!("<div class=\"charts\">{charts}</div>\n"),
+pub(crate) fn distributions(charts: &[Chart]) -> String {
+    let body = match charts {
+        [] => String::new(),
+        charts => format!("<div class=\"charts\">{}</div>\n", to_html(charts)),
     };
     section(
         "distributions",
@@ -57,14 +25,53 @@ pub(crate) fn distributions(
     )
 }
 
-fn chart(title: &str, bars: Bars) -> String {
-    match bars.to_svg() {
-        svg if svg.is_empty() => svg,
-        svg => figure(title, &svg),
+/// The histograms: the scores of each supervision, the numbers of parts, and the sizes of parts.
+pub(crate) fn distribution_charts(
+    tables: &Tables,
+    rows: &[ScoreRow],
+    shapes: &[ShapeDigest],
+    names: &Names<'_>,
+) -> Vec<Chart> {
+    let mut charts = Vec::new();
+    if let Some(main) = MainTable::of(tables) {
+        let shown = main
+            .supervisions(tables)
+            .filter(|name| names.is_trained(name) || *name == "no-network");
+        let mut first = None;
+        for name in shown {
+            let scores = main.scores(rows, name, MIOU);
+            charts.extend(score_chart(
+                name,
+                names.is_trained(name).then(|| names.color(name)),
+                &scores,
+            ));
+            first.get_or_insert(scores);
+        }
+        let k: Vec<usize> = first.iter().flatten().map(|score| score.k).collect();
+        charts.extend(chart(
+            "numbers-of-parts",
+            "Number of reference parts of the test shapes",
+            k_bars(&k),
+        ));
     }
+    let sizes: Vec<f64> = shapes
+        .iter()
+        .filter_map(|shape| shape.references.first())
+        .flat_map(|reference| reference.parts.iter().map(|part| part.size))
+        .collect();
+    charts.extend(chart(
+        "sizes-of-parts",
+        "Sizes of the reference parts",
+        size_bars(&sizes),
+    ));
+    charts
 }
 
-fn score_chart(name: &str, color: Option<usize>, scores: &[ShapeScore<'_>]) -> String {
+fn chart(name: &str, title: &str, bars: Bars) -> Option<Chart> {
+    Some(Chart::new(name, title, bars.draw()?))
+}
+
+fn score_chart(name: &str, color: Option<usize>, scores: &[ShapeScore<'_>]) -> Option<Chart> {
     let values: Vec<f64> = scores.iter().map(|score| score.score).collect();
     let mut counts = [0.0; N_SCORE_BARS];
     for value in &values {
@@ -81,7 +88,11 @@ fn score_chart(name: &str, color: Option<usize>, scores: &[ShapeScore<'_>]) -> S
         labels_at_edges: true,
         color,
     };
-    chart(&format!("mIoU per shape: {}", escaped(name)), bars)
+    chart(
+        &format!("scores-{name}"),
+        &format!("mIoU per shape: {name}"),
+        bars,
+    )
 }
 
 /// One bar per number of parts. Numbers above 40 share the last bar.
@@ -178,7 +189,7 @@ mod tests {
             heights(&bars),
             [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 2.0]
         );
-        assert_eq!(k_bars(&[]).to_svg(), "");
+        assert!(k_bars(&[]).draw().is_none());
         assert_eq!(
             [median(&[]), median(&[3.0]), median(&[1.0, 4.0, 2.0, 8.0])],
             [None, Some(3.0), Some(3.0)]

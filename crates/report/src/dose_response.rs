@@ -1,6 +1,6 @@
 //! Draws the score as a function of the dose of each kind of damage, and places other label sources on these curves.
 
-use crate::chart::{Line, LineChart, figure};
+use crate::chart::{Chart, Entry, Line, LineChart, to_html};
 use crate::html::{escaped, section};
 use crate::names::Names;
 use crate::shape_scores::{MainTable, mean_of};
@@ -65,10 +65,30 @@ struct DoseScore {
 /// A dose and its score.
 type Dose = (f64, DoseScore);
 
-/// The section with one chart per kind of damage. It is empty unless a kind has two doses.
-pub(crate) fn dose_response(tables: &Tables, rows: &[ScoreRow], names: &Names<'_>) -> String {
+/// The section with the charts of doses. It is empty without them.
+pub(crate) fn dose_response(charts: &[Chart], tables: &Tables) -> String {
+    let body = match charts {
+        [] => String::new(),
+        charts => format!(
+            "<div class=\"charts\">{}</div>\n{}",
+            to_html(charts),
+            placed(tables)
+        ),
+    };
+    section(
+        "dose-response",
+        "Dose and response",
+        "How much of the score is left if the labels are damaged on purpose: the mean mIoU of backbones that were trained on them, with \
+         95 % intervals over groups of related shapes. The dashed curve scores the damaged labels themselves. A flat line is the \
+         mean of another label source. Compare doses within one kind of damage only.",
+        &body,
+    )
+}
+
+/// One chart per kind of damage that has two doses.
+pub(crate) fn dose_charts(tables: &Tables, rows: &[ScoreRow], names: &Names<'_>) -> Vec<Chart> {
     let Some(main) = MainTable::of(tables) else {
-        return String::new();
+        return Vec::new();
     };
     let score = |name: &str| {
         let found = mean_of(&main.scores(rows, name, MIOU))?;
@@ -92,7 +112,7 @@ pub(crate) fn dose_response(tables: &Tables, rows: &[ScoreRow], names: &Names<'_
         trained.push((dose, mean));
         labels.extend(score(&labels_row(name)).map(|mean| (dose, mean)));
     }
-    let mut charts = String::new();
+    let mut charts = Vec::new();
     for (kind, (mut trained, mut labels)) in kinds {
         let kind = &KINDS[kind];
         if kind.starts_at_zero
@@ -118,19 +138,20 @@ pub(crate) fn dose_response(tables: &Tables, rows: &[ScoreRow], names: &Names<'_
             continue;
         }
         let chart = chart(kind, &trained, &labels, &others, names);
-        charts.push_str(&figure(kind.title, &chart.to_svg()));
+        charts.extend(chart.draw().map(|drawing| {
+            let name = format!("dose-{}", kind.prefix.trim_end_matches('-'));
+            Chart::new(&name, kind.title, drawing).with_legend(legend(&chart))
+        }));
     }
-    if !charts.is_empty() {
-        charts = format!("<div class=\"charts\">{charts}</div>\n{}", placed(tables));
-    }
-    section(
-        "dose-response",
-        "Dose and response",
-        "How much of the score is left if the labels are damaged on purpose: the mean mIoU of backbones that were trained on them, with \
-         95 % intervals over groups of related shapes. The dashed curve scores the damaged labels themselves. A flat line is the \
-         mean of another label source. Compare doses within one kind of damage only.",
-        &charts,
-    )
+    charts
+}
+
+fn legend(chart: &LineChart) -> Vec<Entry> {
+    let entry = |line: &Line| Entry {
+        name: line.name.clone(),
+        color: line.color,
+    };
+    chart.lines.iter().map(entry).collect()
 }
 
 /// The index of the kind in [`KINDS`], and the dose. Returns `None` for other names.

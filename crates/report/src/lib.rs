@@ -52,6 +52,7 @@ mod statistics;
 mod type_confusion;
 mod viewer;
 
+pub use chart::Chart;
 pub use embedded_points::MAX_BYTES;
 pub use facts::Fact;
 pub use run_report::RunReport;

@@ -1,7 +1,7 @@
 //! Writes the head of the page: the answer, the expectations, and the mean of every row with its interval.
 
 use crate::answer::Answer;
-use crate::chart::{IntervalRow, figure, interval_rows};
+use crate::chart::{Chart, IntervalRow, interval_rows};
 use crate::html::{escaped, section, with_code};
 use crate::names::Names;
 use crate::shape_scores::{MainTable, mean_of};
@@ -79,11 +79,15 @@ pub(crate) fn expectations(outcomes: &[ExpectationOutcome]) -> String {
     section("expectations", "Expectations", &lead, &list)
 }
 
-/// The mean mIoU of every row of the first table as a chart. It is empty without scores.
-pub(crate) fn means(tables: &Tables, rows: &[ScoreRow], names: &Names<'_>) -> String {
-    let Some(main) = MainTable::of(tables) else {
-        return String::new();
-    };
+/// The section with the chart of the means. It is empty without scores.
+pub(crate) fn means(chart: Option<&Chart>) -> String {
+    let body = chart.map_or_else(String::new, Chart::to_html);
+    section("means", "At a glance", "", &body)
+}
+
+/// The mean mIoU of every row of the first table. Returns `None` without scores.
+pub(crate) fn means_chart(tables: &Tables, rows: &[ScoreRow], names: &Names<'_>) -> Option<Chart> {
+    let main = MainTable::of(tables)?;
     let chart_rows = main.supervisions(tables).filter_map(|name| {
         let found = mean_of(&main.scores(rows, name, MIOU))?;
         Some(IntervalRow {
@@ -95,10 +99,7 @@ pub(crate) fn means(tables: &Tables, rows: &[ScoreRow], names: &Names<'_>) -> St
         })
     });
     let chart_rows: Vec<IntervalRow> = chart_rows.collect();
-    let svg = interval_rows(&chart_rows, "mean mIoU");
-    if svg.is_empty() {
-        return svg;
-    }
+    let drawing = interval_rows(&chart_rows, "mean mIoU")?;
     let interval = if chart_rows.iter().any(|row| row.interval.is_some()) {
         "lines are 95 % intervals over groups of related shapes"
     } else {
@@ -108,7 +109,7 @@ pub(crate) fn means(tables: &Tables, rows: &[ScoreRow], names: &Names<'_>) -> St
         "Mean mIoU against {}, clusters by {}; {interval}; small marks are single seeds",
         main.reference, main.clusterer
     );
-    section("means", "At a glance", "", &figure(&caption, &svg))
+    Some(Chart::new("means", caption, drawing))
 }
 
 /// The mean of each seed, if there are several.

@@ -1,28 +1,33 @@
 //! Defines the content of the page, and assembles its sections.
 
 use crate::answer::answer;
-use crate::curves::curves;
-use crate::distributions::distributions;
-use crate::dose_response::dose_response;
+use crate::chart::Chart;
+use crate::curves::Curves;
+use crate::distributions::{distribution_charts, distributions};
+use crate::dose_response::{dose_charts, dose_response};
 use crate::embedded_points::{MAX_BYTES, embedded_points};
 use crate::facts::{Fact, facts};
 use crate::gallery::gallery;
 use crate::html::escaped;
 use crate::lost_parts::lost_parts;
 use crate::names::Names;
-use crate::overview::{answer_html, expectations, means};
+use crate::overview::{answer_html, expectations, means, means_chart};
 use crate::score_tables::score_tables;
 use crate::shape_digest::ShapeDigest;
 use crate::shape_scores::shape_table;
 use crate::statistics::statistics;
-use crate::type_confusion::type_confusion;
+use crate::type_confusion::{type_charts, type_confusion};
 use crate::viewer::viewer;
 use partprobe_eval::{ExpectationOutcome, MIOU, ScoreRow, Tables};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::sync::LazyLock;
 
-const STYLE: &str = include_str!("../assets/page.css");
+const STYLE: &str = concat!(
+    include_str!("../assets/colors.css"),
+    include_str!("../assets/page.css"),
+    include_str!("../assets/chart.css"),
+);
 /// The scripts, in the order in which they need each other.
 const SCRIPTS: [&str; 7] = [
     include_str!("../assets/page.js"),
@@ -113,6 +118,25 @@ impl RunReport<'_> {
         page
     }
 
+    /// The charts of the page, in its order.
+    #[must_use]
+    pub fn charts(&self) -> Vec<Chart> {
+        let names = Names::new(self.trained);
+        let mut charts = Vec::new();
+        charts.extend(means_chart(self.tables, self.rows, &names));
+        charts.extend(dose_charts(self.tables, self.rows, &names));
+        charts.extend(type_charts(self.shapes, &names));
+        charts.extend(distribution_charts(
+            self.tables,
+            self.rows,
+            self.shapes,
+            &names,
+        ));
+        let curves = Curves::of(self.log, &names);
+        charts.extend(curves.groups.into_iter().flat_map(|group| group.charts));
+        charts
+    }
+
     fn head(&self) -> String {
         format!(
             "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
@@ -140,17 +164,22 @@ impl RunReport<'_> {
                 self.notes,
             ),
             expectations(self.outcomes),
-            means(self.tables, self.rows, &names),
+            means(means_chart(self.tables, self.rows, &names).as_ref()),
             score_tables(self.tables, &names),
             statistics(self.tables, self.further),
-            dose_response(self.tables, self.rows, &names),
+            dose_response(&dose_charts(self.tables, self.rows, &names), self.tables),
             gallery(self.shapes, &names),
             viewer(self.shapes),
             lost_parts(self.shapes, &names),
-            type_confusion(self.shapes, &names),
-            distributions(self.tables, self.rows, self.shapes, &names),
+            type_confusion(&type_charts(self.shapes, &names)),
+            distributions(&distribution_charts(
+                self.tables,
+                self.rows,
+                self.shapes,
+                &names,
+            )),
             shape_table(self.tables, self.rows, MIOU, &index_of_shape),
-            curves(self.log, &names),
+            Curves::of(self.log, &names).to_html(),
             facts(self.facts, self.config),
         ]
         .concat()

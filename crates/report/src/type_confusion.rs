@@ -1,6 +1,6 @@
 //! Shows which primitive types are merged: for each type, the clusters of the points of its parts.
 
-use crate::chart::{Cells, figure};
+use crate::chart::{Cells, Chart, to_html};
 use crate::html::section;
 use crate::lost_parts::main_predictions;
 use crate::names::Names;
@@ -17,8 +17,23 @@ struct Fate {
     in_no_part: u64,
 }
 
-/// The section with one matrix per trained supervision. It is empty if the types are not known.
-pub(crate) fn type_confusion(shapes: &[ShapeDigest], names: &Names<'_>) -> String {
+/// The section with the matrices. It is empty without them.
+pub(crate) fn type_confusion(charts: &[Chart]) -> String {
+    let body = match charts {
+        [] => String::new(),
+        charts => format!("<div class=\"charts matrices\">{}</div>\n", to_html(charts)),
+    };
+    section(
+        "types",
+        "Which types are merged",
+        "A row holds the points of all parts of a type. They are in the cluster of their own part (blue), in the cluster of another \
+         part of the type above the column, or in a cluster that belongs to no part (orange). First seed, first clusterer.",
+        &body,
+    )
+}
+
+/// One matrix per trained supervision. There are none if the types are not known.
+pub(crate) fn type_charts(shapes: &[ShapeDigest], names: &Names<'_>) -> Vec<Chart> {
     let mut by_supervision: BTreeMap<usize, (&str, BTreeMap<FaceType, Fate>)> = BTreeMap::new();
     for shape in shapes {
         for prediction in
@@ -30,27 +45,17 @@ pub(crate) fn type_confusion(shapes: &[ShapeDigest], names: &Names<'_>) -> Strin
             add(fates, prediction, &shape.references[prediction.reference]);
         }
     }
-    let charts: Vec<String> = by_supervision
+    let found = by_supervision
         .values()
-        .filter(|(_, fates)| !fates.is_empty())
-        .map(|(name, fates)| {
-            figure(
-                &format!("Trained on {name}: % of the points"),
-                &matrix(fates).to_svg(),
-            )
-        })
-        .collect();
-    let body = match charts.as_slice() {
-        [] => String::new(),
-        charts => format!("<div class=\"charts matrices\">{}</div>\n", charts.concat()),
-    };
-    section(
-        "types",
-        "Which types are merged",
-        "A row holds the points of all parts of a type. They are in the cluster of their own part (blue), in the cluster of another \
-         part of the type above the column, or in a cluster that belongs to no part (orange). First seed, first clusterer.",
-        &body,
-    )
+        .filter(|(_, fates)| !fates.is_empty());
+    let charts = found.filter_map(|(name, fates)| {
+        Some(Chart::new(
+            &format!("types-{name}"),
+            format!("Trained on {name}: % of the points"),
+            matrix(fates).draw()?,
+        ))
+    });
+    charts.collect()
 }
 
 fn add(

@@ -56,7 +56,7 @@ pub(crate) use frozen_parts::ensure_frozen_parts;
 pub(crate) use host::{RunRecord, today};
 pub(crate) use initial_weights::ensure_initial_weights;
 pub(crate) use nonfinite::DumpedUpdate;
-pub(crate) use page::{page_of_folder, page_of_run, tables_of_folder};
+pub(crate) use page::{charts_of_folder, page_of_folder, page_of_run, tables_of_folder};
 pub(crate) use results::checked_expectations;
 pub(crate) use scoring_keys::is_scoring;
 pub(crate) use shapes::{Points, Shape, ShapeLoader, named_sources};

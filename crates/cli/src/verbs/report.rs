@@ -5,12 +5,15 @@ use crate::scored_run::ScoredRun;
 use crate::stderr;
 use crate::stdout::{print_line, print_result, print_result_tables};
 use crate::usage::UsageError;
-use anyhow::{Result, bail, ensure};
+use anyhow::{Context, Result, bail, ensure};
+#[cfg(feature = "train")]
+use clap::ArgGroup;
 use partprobe_dataset::{json_document, write_atomically};
 use partprobe_eval::{Bootstrap, ScoreRow, TableSettings, Tables, tables};
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::{Path, PathBuf};
+use std::fs;
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 /// The number of draws of the bootstrap.
@@ -21,7 +24,7 @@ const DRAWS: usize = 2000;
 #[command(after_help = "Examples:
   partprobe report runs/base runs/chord
   partprobe report runs/*/ --json
-  partprobe report runs/base --html base.html
+  partprobe report runs/base --html base.html --charts charts
 
 A row is a run and the label source that it was trained on, as in `chord:step-parts`. Rows without a training come from the first
 run that has them. With two runs, the last row is the difference between their first label sources.
@@ -29,8 +32,9 @@ A folder that is not a scored run is named and left out. The folder of a verdict
 `partprobe eval`.
 A shape counts if every run was scored on it against the same reference, with the same mesh and the same labels.
 With one run, its tables are computed again from its scores.
-With --html, the page `report.html` of one run is written again.
+With --html, the page `report.html` of one run is written again. With --charts, its charts become SVG files for a paper.
 Exit codes: 0 done, 1 a folder was left out.")]
+#[cfg_attr(feature = "train", command(group = ArgGroup::new("figures").args(["html", "charts"]).multiple(true)))]
 pub(crate) struct ReportArgs {
     /// The run folders.
     #[arg(value_name = "RUN", required = true)]
@@ -42,10 +46,19 @@ pub(crate) struct ReportArgs {
     #[cfg(feature = "train")]
     #[arg(long, value_name = "FILE", conflicts_with = "json")]
     html: Option<PathBuf>,
+    /// Write the charts of the page of one run to this folder, one SVG file each.
+    #[cfg(feature = "train")]
+    #[arg(
+        long,
+        value_name = "FOLDER",
+        conflicts_with = "json",
+        group = "figures"
+    )]
+    charts: Option<PathBuf>,
     /// The data set of the run, if it has moved. It is needed only for runs of earlier versions, which do not contain the faces
     /// of the points.
     #[cfg(feature = "train")]
-    #[arg(long, value_name = "DATASET", requires = "html")]
+    #[arg(long, value_name = "DATASET", requires = "figures")]
     data: Option<PathBuf>,
 }
 
@@ -66,8 +79,8 @@ type Key<'a> = (&'a str, &'a str);
 /// If no folder is a scored run, two runs have the same name, or they have no test shape in common.
 pub(crate) fn report(args: &ReportArgs) -> Result<ExitCode> {
     #[cfg(feature = "train")]
-    if let Some(file) = &args.html {
-        write_page(args, file)?;
+    if args.html.is_some() || args.charts.is_some() {
+        write_figures(args)?;
         return Ok(ExitCode::SUCCESS);
     }
     let runs = scored_runs(&args.runs)?;
@@ -227,17 +240,31 @@ fn differing_settings(runs: &[ScoredRun]) -> Option<String> {
     })
 }
 
-/// Writes the page of the named run.
+/// Writes the page or the charts of the named run.
 #[cfg(feature = "train")]
-fn write_page(args: &ReportArgs, file: &Path) -> Result<()> {
+fn write_figures(args: &ReportArgs) -> Result<()> {
     let [run] = args.runs.as_slice() else {
         bail!(UsageError(
-            "--html writes the page of one run; name one run folder".to_owned()
+            "--html and --charts are about one run; name one run folder".to_owned()
         ));
     };
-    let page = crate::run::page_of_folder(run, args.data.as_deref())?;
-    write_atomically(file, page.as_bytes())?;
-    print_result(format_args!("page: {}", file.display()))
+    let data = args.data.as_deref();
+    if let Some(file) = &args.html {
+        let page = crate::run::page_of_folder(run, data)?;
+        write_atomically(file, page.as_bytes())?;
+        print_result(format_args!("page: {}", file.display()))?;
+    }
+    if let Some(folder) = &args.charts {
+        let charts = crate::run::charts_of_folder(run, data)?;
+        fs::create_dir_all(folder).with_context(|| format!("creating {}", folder.display()))?;
+        for chart in &charts {
+            let file = folder.join(format!("{}.svg", chart.name));
+            write_atomically(&file, chart.to_svg_file().as_bytes())?;
+        }
+        let n = counted(charts.len(), "chart", "charts");
+        print_result(format_args!("{n}: {}", folder.display()))?;
+    }
+    Ok(())
 }
 
 fn common_shapes(runs: &[ScoredRun]) -> BTreeSet<Key<'_>> {

@@ -1,6 +1,6 @@
 //! Draws histograms: the fraction of values in each bin, as bars of one series.
 
-use super::{Axis, BOTTOM, LEFT, RIGHT, class_of};
+use super::{Axis, BOTTOM, Drawing, LEFT, RIGHT, class_of};
 use crate::html::escaped;
 use std::fmt::Write as _;
 
@@ -23,20 +23,15 @@ pub(crate) struct Bars {
 }
 
 impl Bars {
-    /// The histogram as SVG. It is empty if there is no bar with a height.
-    pub(crate) fn to_svg(&self) -> String {
+    /// Draws the histogram. Returns `None` if no bar has a height.
+    pub(crate) fn draw(&self) -> Option<Drawing> {
         let highest = self.bars.iter().map(|bar| bar.1).fold(0.0, f64::max);
         if highest <= 0.0 {
-            return String::new();
+            return None;
         }
         let x = Axis::horizontal(0.0, self.bars.len() as f64, WIDTH);
         let y = Axis::vertical(0.0, 1.08 * highest, HEIGHT);
-        let mut svg = format!(
-            "<svg viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\" aria-label=\"{} by {}\">",
-            escaped(&self.y_label),
-            escaped(&self.x_label)
-        );
-        svg.push_str(&y.vertical_svg(WIDTH - RIGHT, &self.y_label));
+        let mut svg = y.vertical_svg(WIDTH - RIGHT, &self.y_label);
         let width = (x.at(1.0) - x.at(0.0) - 2.0).max(1.0);
         // At most half a dozen labels fit into a narrow window.
         let every = self.bars.len().div_ceil(6);
@@ -66,14 +61,19 @@ impl Bars {
         svg.push_str(&self.mark_svg(&x, &y));
         let _ = writeln!(
             svg,
-            "<path class=\"axis\" d=\"M{LEFT} {0:.1}H{1:.1}\"/><text x=\"{2:.1}\" y=\"{3:.1}\" class=\"mid label\">{4}</text></svg>",
+            "<path class=\"axis\" d=\"M{LEFT} {0:.1}H{1:.1}\"/><text x=\"{2:.1}\" y=\"{3:.1}\" class=\"mid label\">{4}</text>",
             HEIGHT - BOTTOM,
             WIDTH - RIGHT,
             0.5 * (LEFT + WIDTH - RIGHT),
             HEIGHT - 8.0,
             escaped(&self.x_label)
         );
-        svg
+        Some(Drawing {
+            size: [WIDTH, HEIGHT],
+            label: format!("{} by {}", self.y_label, self.x_label),
+            attributes: String::new(),
+            body: svg,
+        })
     }
 
     fn mark_svg(&self, x: &Axis, y: &Axis) -> String {

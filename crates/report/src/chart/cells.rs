@@ -1,5 +1,6 @@
 //! Draws a matrix of fractions as cells. Each cell shows its number, and larger fractions are darker.
 
+use super::Drawing;
 use crate::html::escaped;
 use std::fmt::Write as _;
 
@@ -21,19 +22,16 @@ pub(crate) struct Cells {
 }
 
 impl Cells {
-    /// The matrix as SVG. It is empty if it has no row.
-    pub(crate) fn to_svg(&self) -> String {
+    /// Draws the matrix. Returns `None` if it has no row.
+    pub(crate) fn draw(&self) -> Option<Drawing> {
         if self.rows.is_empty() || self.columns.is_empty() {
-            return String::new();
+            return None;
         }
         let [width, height] = [
             NAMES + CELL[0] * self.columns.len() as f64 + 4.0,
             HEADS + CELL[1] * self.rows.len() as f64 + 4.0,
         ];
-        let mut svg = format!(
-            "<svg viewBox=\"0 0 {width} {height}\" style=\"max-width:{width}px\" role=\"img\" aria-label=\"{}\" class=\"cells\">",
-            escaped(&self.column_label)
-        );
+        let mut svg = String::new();
         for (idx, column) in self.columns.iter().enumerate() {
             let _ = write!(
                 svg,
@@ -56,8 +54,12 @@ impl Cells {
                 svg.push_str(&self.cell(column, y, *share));
             }
         }
-        svg.push_str("</svg>\n");
-        svg
+        Some(Drawing {
+            size: [width, height],
+            label: self.column_label.clone(),
+            attributes: format!(" style=\"max-width:{width}px\" class=\"cells\""),
+            body: svg,
+        })
     }
 
     fn row(&self, row: usize) -> &[Option<f64>] {

@@ -1,6 +1,6 @@
 //! Draws lines over a common axis, with bands or with error bars.
 
-use super::{Axis, BOTTOM, RIGHT, TOP, series_class};
+use super::{Axis, BOTTOM, Drawing, RIGHT, TOP, series_class};
 use crate::html::escaped;
 use std::fmt::Write as _;
 
@@ -33,19 +33,15 @@ pub(crate) struct LineChart {
 }
 
 impl LineChart {
-    /// The chart as SVG. It is empty if no line has a point.
-    pub(crate) fn to_svg(&self) -> String {
+    /// Draws the chart. Returns `None` if no line has a point.
+    pub(crate) fn draw(&self) -> Option<Drawing> {
         let points = || self.lines.iter().flat_map(|line| &line.points);
-        let Some([x_low, x_high]) = range(points().map(|point| point.0)) else {
-            return String::new();
-        };
+        let [x_low, x_high] = range(points().map(|point| point.0))?;
         let bars = self.lines.iter().flat_map(|line| &line.bars);
         let values = points()
             .map(|point| point.1)
             .chain(bars.flat_map(|bar| bar.1));
-        let Some([mut y_low, mut y_high]) = range(values) else {
-            return String::new();
-        };
+        let [mut y_low, mut y_high] = range(values)?;
         if self.from_zero {
             (y_low, y_high) = (y_low.min(0.0), y_high.max(0.0));
         }
@@ -57,31 +53,26 @@ impl LineChart {
         let x = Axis::horizontal(x_low, x_high, WIDTH);
         let y = Axis::vertical(y_low, y_high, HEIGHT);
 
-        let mut svg = format!(
-            "<svg viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\" aria-label=\"{} by {}\" class=\"lines\" \
-             data-x=\"{} {} {} {}\" data-y=\"{} {} {} {}\">",
-            escaped(&self.y_label),
-            escaped(&self.x_label),
-            x.low,
-            x.high,
-            x.from,
-            x.to,
-            y.low,
-            y.high,
-            y.from,
-            y.to,
+        let attributes = format!(
+            " class=\"lines\" data-x=\"{} {} {} {}\" data-y=\"{} {} {} {}\"",
+            x.low, x.high, x.from, x.to, y.low, y.high, y.from, y.to,
         );
-        svg.push_str(&y.vertical_svg(WIDTH - RIGHT, &self.y_label));
+        let mut svg = y.vertical_svg(WIDTH - RIGHT, &self.y_label);
         svg.push_str(&x.horizontal_svg(HEIGHT - BOTTOM, &self.x_label));
         for line in &self.lines {
             svg.push_str(&line.to_svg(&x, &y));
         }
         let _ = writeln!(
             svg,
-            "<path class=\"cross\" d=\"M0 {TOP}V{:.1}\" visibility=\"hidden\"/></svg>",
+            "<path class=\"cross\" d=\"M0 {TOP}V{:.1}\" visibility=\"hidden\"/>",
             HEIGHT - BOTTOM
         );
-        svg
+        Some(Drawing {
+            size: [WIDTH, HEIGHT],
+            label: format!("{} by {}", self.y_label, self.x_label),
+            attributes,
+            body: svg,
+        })
     }
 }
 
@@ -161,12 +152,13 @@ mod tests {
             lines,
             from_zero: false,
         };
-        let svg = chart(vec![line(&[(0.0, 1.0), (10.0, 2.0)]), line(&[(5.0, 1.5)])]).to_svg();
+        let drawing = chart(vec![line(&[(0.0, 1.0), (10.0, 2.0)]), line(&[(5.0, 1.5)])]).draw();
+        let svg = drawing.unwrap().to_svg();
         assert_eq!(svg.matches("<polyline").count(), 2);
         assert_eq!(svg.matches("<circle").count(), 1);
         assert!(svg.contains(">update</text>") && svg.contains(">loss</text>"));
         assert!(svg.contains("a&lt;b") && !svg.contains("NaN"));
-        assert_eq!(chart(vec![line(&[])]).to_svg(), "");
-        assert_eq!(chart(vec![line(&[(0.0, f64::NAN)])]).to_svg(), "");
+        assert!(chart(vec![line(&[])]).draw().is_none());
+        assert!(chart(vec![line(&[(0.0, f64::NAN)])]).draw().is_none());
     }
 }

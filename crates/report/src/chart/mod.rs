@@ -3,12 +3,18 @@
 mod axis;
 mod bars;
 mod cells;
+mod drawing;
+mod figure;
+mod file_style;
 mod lines;
 mod rows;
 
 pub(crate) use axis::{Axis, nice_ticks, tick_text};
 pub(crate) use bars::Bars;
 pub(crate) use cells::Cells;
+pub(crate) use drawing::{Drawing, Entry};
+pub use figure::Chart;
+pub(crate) use figure::to_html;
 pub(crate) use lines::{Line, LineChart};
 pub(crate) use rows::{IntervalRow, interval_rows};
 
@@ -33,12 +39,4 @@ fn series_class(idx: usize) -> String {
 /// The class of a series, or the class without its own color.
 pub(crate) fn class_of(color: Option<usize>) -> String {
     color.map_or_else(|| "plain".to_owned(), series_class)
-}
-
-/// A chart with its caption, which assistive technology can also read.
-pub(crate) fn figure(caption: &str, svg: &str) -> String {
-    format!(
-        "<figure class=\"chart\"><figcaption>{}</figcaption>\n{svg}</figure>\n",
-        crate::html::escaped(caption)
-    )
 }

@@ -1,6 +1,6 @@
 //! Draws one row per name: a mean as a dot, its interval as a line, and single values as small marks.
 
-use super::{Axis, class_of, nice_ticks, tick_text};
+use super::{Axis, Drawing, class_of, nice_ticks, tick_text};
 use crate::html::escaped;
 use std::fmt::Write as _;
 
@@ -23,10 +23,10 @@ pub(crate) struct IntervalRow {
     pub(crate) color: Option<usize>,
 }
 
-/// The rows as SVG over an axis from 0 to 1, under a label. It is empty without rows.
-pub(crate) fn interval_rows(rows: &[IntervalRow], label: &str) -> String {
+/// Draws the rows over an axis from 0 to 1, which has a label. Returns `None` without rows.
+pub(crate) fn interval_rows(rows: &[IntervalRow], label: &str) -> Option<Drawing> {
     if rows.is_empty() {
-        return String::new();
+        return None;
     }
     let bottom = 8.0 + ROW * rows.len() as f64;
     let height = bottom + 40.0;
@@ -36,10 +36,7 @@ pub(crate) fn interval_rows(rows: &[IntervalRow], label: &str) -> String {
         from: NAMES,
         to: WIDTH - NUMBERS,
     };
-    let mut svg = format!(
-        "<svg viewBox=\"0 0 {WIDTH} {height}\" role=\"img\" aria-label=\"{}\" class=\"wide\">",
-        escaped(label)
-    );
+    let mut svg = String::new();
     let ticks = nice_ticks(0.0, 1.0, 5);
     for &tick in &ticks {
         let x = axis.at(tick);
@@ -55,12 +52,17 @@ pub(crate) fn interval_rows(rows: &[IntervalRow], label: &str) -> String {
     }
     let _ = writeln!(
         svg,
-        "<text x=\"{:.1}\" y=\"{:.1}\" class=\"mid label\">{}</text></svg>",
+        "<text x=\"{:.1}\" y=\"{:.1}\" class=\"mid label\">{}</text>",
         0.5 * (axis.from + axis.to),
         bottom + 34.0,
         escaped(label)
     );
-    svg
+    Some(Drawing {
+        size: [WIDTH, height],
+        label: label.to_owned(),
+        attributes: " class=\"wide\"".to_owned(),
+        body: svg,
+    })
 }
 
 fn row_svg(row: &IntervalRow, axis: &Axis, y: f64) -> String {

@@ -15,7 +15,7 @@ use crate::config::{Config, load};
 use crate::scored_run::ScoredRun;
 use anyhow::Result;
 use partprobe_eval::{ExpectationOutcome, ScoreRow, Tables, tables};
-use partprobe_report::RunReport;
+use partprobe_report::{Chart, RunReport};
 use std::fs;
 use std::path::Path;
 
@@ -38,6 +38,17 @@ pub(super) fn page(
     scores: &PageScores<'_>,
     faces: &FaceSource,
 ) -> Result<String> {
+    with_report(folder, config, scores, faces, |report| report.to_html())
+}
+
+/// What a function makes of the report of a run.
+fn with_report<T>(
+    folder: &RunFolder,
+    config: &Config,
+    scores: &PageScores<'_>,
+    faces: &FaceSource,
+    make: impl FnOnce(&RunReport<'_>) -> T,
+) -> Result<T> {
     let collisions = Collisions::read(folder)?.map(|found| found.to_string());
     let mut notes: Vec<String> = collisions.into_iter().collect();
     notes.extend(faces.note());
@@ -56,7 +67,7 @@ pub(super) fn page(
         config: &folder.read_text("config.toml")?,
         shapes: &shapes::shapes(folder, config, scores, faces)?,
     };
-    Ok(report.to_html())
+    Ok(make(&report))
 }
 
 /// The paper's tables with the rows of the run, and the tables of each endpoint, if it was scored.
@@ -105,11 +116,30 @@ pub(crate) fn page_of_folder(root: &Path, data: Option<&Path>) -> Result<String>
     page_of_run(&RunFolder::open_read_only(root)?, data)
 }
 
-/// The same for a folder that is already open.
+/// The charts of the page of a finished run.
+///
+/// # Errors
+/// As for [`page_of_folder`].
+pub(crate) fn charts_of_folder(root: &Path, data: Option<&Path>) -> Result<Vec<Chart>> {
+    of_run(&RunFolder::open_read_only(root)?, data, |report| {
+        report.charts()
+    })
+}
+
+/// The page of a folder that is already open.
 ///
 /// # Errors
 /// As for [`page_of_folder`].
 pub(crate) fn page_of_run(folder: &RunFolder, data: Option<&Path>) -> Result<String> {
+    of_run(folder, data, |report| report.to_html())
+}
+
+/// What a function makes of the report of a finished run.
+fn of_run<T>(
+    folder: &RunFolder,
+    data: Option<&Path>,
+    make: impl FnOnce(&RunReport<'_>) -> T,
+) -> Result<T> {
     let scored = ScoredRun::read(folder.root())?;
     let config_file = folder.path("config.toml").to_string_lossy().into_owned();
     let config = load(&config_file, &[])?.config;
@@ -125,7 +155,13 @@ pub(crate) fn page_of_run(folder: &RunFolder, data: Option<&Path>) -> Result<Str
         outcomes: &outcomes,
         summary: &summary,
     };
-    page(folder, &config, &scores, &FaceSource::of(folder, data)?)
+    with_report(
+        folder,
+        &config,
+        &scores,
+        &FaceSource::of(folder, data)?,
+        make,
+    )
 }
 
 /// The name of the folder.
