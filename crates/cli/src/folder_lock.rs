@@ -2,7 +2,6 @@
 //!
 //! The folder itself is locked, and not a file in it, so nothing is left behind. The lock ends with its program.
 
-use crate::output_folder::{ensure_empty, make_folder, remove_if_all_unfinished};
 use crate::usage::UsageError;
 use anyhow::{Result, bail};
 use partprobe_dataset::is_locked_elsewhere;
@@ -32,19 +31,6 @@ impl FolderLock {
         Ok(Self {
             _folder: folder_file,
         })
-    }
-
-    /// Makes and locks a folder that must be empty. It is checked under the lock, so another program cannot fill it in between. Files
-    /// that a killed program has not finished do not count.
-    ///
-    /// # Errors
-    /// If the folder cannot be made or is not empty, or another program holds the lock.
-    pub(crate) fn take_empty(folder: &Path, doing: &str) -> Result<Self> {
-        make_folder(folder)?;
-        let lock = Self::take(folder, doing)?;
-        remove_if_all_unfinished(folder)?;
-        ensure_empty(folder)?;
-        Ok(lock)
     }
 }
 

@@ -1,9 +1,11 @@
-//! Refuses a path of the command line that does not exist, or that the system does not allow to access, and tells whether two
-//! paths are one.
+//! Refuses a path of the command line that does not exist, or that the system does not allow to access, and finds paths that lead to
+//! one file.
 
 use crate::standard_input::is_standard_input;
 use crate::usage::UsageError;
-use std::path::Path;
+use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
+use std::path::{Path, PathBuf};
 
 /// Checks that a path exists.
 ///
@@ -28,9 +30,36 @@ pub(crate) fn are_same_path(one: &Path, other: &Path) -> bool {
     matches!((one.canonicalize(), other.canonicalize()), (Ok(one), Ok(other)) if one == other)
 }
 
+/// Paths without those that lead to the same file or folder as an earlier one, and the earlier ones of these.
+pub(crate) fn distinct_paths(paths: &[PathBuf]) -> (Vec<PathBuf>, Vec<PathBuf>) {
+    let mut first_of: BTreeMap<PathBuf, &PathBuf> = BTreeMap::new();
+    let (mut distinct, mut repeated) = (Vec::new(), Vec::new());
+    for path in paths {
+        match path.canonicalize().map(|place| first_of.entry(place)) {
+            Ok(Entry::Occupied(first)) => repeated.push((*first.get()).clone()),
+            Ok(Entry::Vacant(place)) => {
+                place.insert(path);
+                distinct.push(path.clone());
+            }
+            Err(_) => distinct.push(path.clone()),
+        }
+    }
+    (distinct, repeated)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_path_counts_once() {
+        let folder = tempfile::tempdir().unwrap();
+        let [here, again, gone] = [".", "./.", "gone"].map(|name| folder.path().join(name));
+        let (distinct, repeated) =
+            distinct_paths(&[here.clone(), gone.clone(), again, gone.clone()]);
+        assert_eq!(distinct, [here.clone(), gone.clone(), gone]);
+        assert_eq!(repeated, [here]);
+    }
 
     #[test]
     fn a_missing_path_is_distinguished_from_an_unreadable_one() {

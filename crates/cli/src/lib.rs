@@ -41,6 +41,7 @@ mod label_sources;
 mod markdown_table;
 mod onnx_library;
 mod output_folder;
+mod own_output;
 mod points;
 mod program_version;
 mod progress;

@@ -39,25 +39,31 @@ fn refuse_file(folder: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Refuses a folder that is not empty, because files of two calls in one folder could not be distinguished later.
+/// Refuses a folder that is not empty, because files of two calls in one folder could not be distinguished later. `remedy` says
+/// what the user can do.
 ///
 /// # Errors
 /// If the folder is not empty, is a file, or cannot be read.
-pub(crate) fn ensure_empty(folder: &Path) -> Result<()> {
-    refuse_file(folder)?;
-    let is_empty = !folder.exists()
-        || fs::read_dir(folder)
-            .with_context(|| format!("reading {}", folder.display()))?
-            .next()
-            .is_none();
+pub(crate) fn ensure_empty(folder: &Path, remedy: &str) -> Result<()> {
     ensure!(
-        is_empty,
-        UsageError(format!(
-            "{} is not empty; choose another --out",
-            folder.display()
-        ))
+        is_empty(folder)?,
+        UsageError(format!("{} is not empty; {remedy}", folder.display()))
     );
     Ok(())
+}
+
+/// Whether a folder has no entry, or does not exist.
+///
+/// # Errors
+/// If it is a file, or cannot be read.
+pub(crate) fn is_empty(folder: &Path) -> Result<bool> {
+    refuse_file(folder)?;
+    if !folder.exists() {
+        return Ok(true);
+    }
+    let reading = || format!("reading {}", folder.display());
+    let mut entries = fs::read_dir(folder).with_context(reading)?;
+    Ok(entries.next().is_none())
 }
 
 /// Removes the content of a folder, but neither the folder itself nor the entries `kept`.
@@ -206,7 +212,7 @@ mod tests {
 
         fs::remove_file(thesis).unwrap();
         remove_if_all_unfinished(folder.path()).unwrap();
-        ensure_empty(folder.path()).unwrap();
+        assert!(is_empty(folder.path()).unwrap());
     }
 
     #[test]
@@ -214,7 +220,7 @@ mod tests {
         let parent = tempfile::tempdir().unwrap();
         let file = parent.path().join("out");
         fs::write(&file, "").unwrap();
-        for refused in [make_folder(&file), ensure_empty(&file)] {
+        for refused in [make_folder(&file), ensure_empty(&file, "")] {
             let message = refused.unwrap_err().to_string();
             assert!(message.contains("is a file, not a folder"), "{message}");
         }

@@ -19,11 +19,17 @@ pub(crate) struct ScoredRun {
     /// The identity of each shape. Runs of earlier programs do not have it.
     pub(crate) shape_hashes: BTreeMap<String, ShapeHashes>,
     /// The tables of its config that determine the scoring of backbones.
-    pub(crate) settings: BTreeMap<&'static str, toml::Value>,
+    pub(crate) scoring: BTreeMap<&'static str, toml::Value>,
+    /// The tables of its config that determine the training of backbones, and on which shapes.
+    pub(crate) training: BTreeMap<&'static str, toml::Value>,
 }
 
 /// The tables that determine the scoring of backbones.
 const SCORING_TABLES: [&str; 3] = ["sample", "tokens", "eval"];
+/// The tables that determine their training.
+const TRAINING_TABLES: [&str; 8] = [
+    "label", "select", "split", "augment", "net", "loss", "optim", "train",
+];
 
 impl ScoredRun {
     /// Reads `scores.jsonl` and `config.toml` of a run folder. Its name is that of the folder. The folder of a verdict means the
@@ -56,12 +62,16 @@ impl ScoredRun {
             .and_then(toml::Value::as_array)
             .into_iter()
             .flatten();
-        let settings = SCORING_TABLES
-            .into_iter()
-            .filter_map(|name| Some((name, config.get(name)?.clone())));
+        let tables = |names: &[&'static str]| {
+            let found = names
+                .iter()
+                .filter_map(|&name| Some((name, config.get(name)?.clone())));
+            found.collect()
+        };
         Ok(Self {
             shape_hashes: shape_hashes(path)?,
-            settings: settings.collect(),
+            scoring: tables(&SCORING_TABLES),
+            training: tables(&TRAINING_TABLES),
             name: name
                 .file_name()
                 .unwrap_or_default()

@@ -4,9 +4,9 @@
 use crate::config::{self, Config, Emit};
 use crate::counted::counted;
 use crate::dataset_settings::settings_sha256_of;
-use crate::given_path::ensure_exists;
+use crate::given_path::{distinct_paths, ensure_exists};
 use crate::interrupt::Interrupt;
-use crate::label::{LabelJob, StoppedBatch, label_paths, warn_of_unread};
+use crate::label::{LabelJob, StoppedBatch, label_paths, warn_of_repeated, warn_of_unread};
 use crate::standard_input::{STDIN_NAME, StandardInput, is_standard_input, with_standard_input};
 use crate::usage::UsageError;
 use anyhow::{Context, Result, anyhow, bail, ensure};
@@ -17,7 +17,7 @@ use partprobe_imports::is_given_name;
 use partprobe_label::Unit;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use serde::Deserialize;
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
@@ -204,6 +204,8 @@ impl ShapeArgs {
         let max_bytes = config.label.max_file_mb << 20;
         let (paths, input) = with_standard_input(&self.paths, STDIN_NAME, max_bytes)?;
         sources._standard_input = input;
+        let (paths, repeated) = distinct_paths(&paths);
+        warn_of_repeated(&repeated);
         for path in &paths {
             if points_of_carrier(path).is_some_and(|carrier| paths.contains(&carrier)) {
                 // `*.npz` in a folder of `predict` names both files of a shape.
@@ -515,15 +517,14 @@ impl ShapeInputs {
 
     /// Refuses equal ids. Ids are the names of files, so two files with the same name would overwrite each other.
     fn refuse_equal_ids(&self) -> Result<()> {
-        let mut seen = BTreeSet::new();
+        let mut source_of: BTreeMap<&str, &str> = BTreeMap::new();
         for shape in &self.shapes {
-            ensure!(
-                seen.insert(&shape.id),
-                UsageError(format!(
-                    "two shapes have the id `{}`; use two calls for them",
-                    shape.id
-                ))
-            );
+            if let Some(source) = source_of.insert(&shape.id, &shape.source) {
+                bail!(UsageError(format!(
+                    "two shapes have the id `{}`: of {source} and of {}; use two calls for them",
+                    shape.id, shape.source
+                )));
+            }
         }
         Ok(())
     }

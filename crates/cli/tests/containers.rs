@@ -145,7 +145,8 @@ fn packed_files_are_read_alone_in_folders_and_in_archives() {
         0,
         "",
     );
-    assert_eq!(contents(&path.join("s")).len(), packed_files().len());
+    // One sample per file, and sample.json.
+    assert_eq!(contents(&path.join("s")).len(), packed_files().len() + 1);
     check(path, &["export", "ply", "d/gzip.stpZ", "--out", "e"], 0, "");
     assert!(path.join("e/gzip.ply").exists());
     check(

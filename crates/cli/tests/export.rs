@@ -551,12 +551,13 @@ fn impossible_requests_are_refused_and_leave_no_files() {
             "export glb steps --out o --set label.nothing=0",
             "unknown field `nothing`",
         ),
-        ("export glb d d --out o", "two shapes have the id"),
+        ("export glb d steps --out o", "two shapes have the id"),
     ] {
         check(path, arguments, 2, text);
         assert!(!path.join("o").exists(), "{arguments}");
     }
-    check(path, "export ply d --out o", 0, "");
+    let twice = "d is given 2 times and is read once";
+    check(path, "export ply d d --out o", 0, twice);
     check(path, "export glb d --out o", 2, "is not empty");
     check(path, "export glb d --out d", 2, "is not empty");
     check(path, "export glb d --out d --force", 2, "lies in --out");

@@ -807,6 +807,25 @@ fn bounds_follow_from_several_seeds() {
     let table: toml::Table = toml::from_str(&bounds).unwrap();
     let names: Vec<&String> = table["expect"].as_table().unwrap().keys().collect();
     assert_eq!(names.len(), 4, "{bounds}");
+    let named = ["expect", "--from", "seeds", "--metrics"];
+    let further = fixture.check(&[&named[..], &["ari,count_error"]].concat(), 0, "");
+    let lines: Vec<&str> = further.lines().collect();
+    assert!(
+        matches!(lines[..], ["[expect]", ari, count]
+            if ari.contains(r#".ari" = ">= 0."#) && count.contains(r#".count_error" = "<= "#)),
+        "{further}"
+    );
+    fixture.check(
+        &[&named[..], &["iou"]].concat(),
+        2,
+        "--metrics: `iou` is not a metric",
+    );
+    let further = fixture.check(&[&named[..], &["all"]].concat(), 0, "");
+    assert!(
+        bounds.lines().all(|line| further.contains(line)),
+        "{further}"
+    );
+    let bounds = further;
 
     // The runs that they come from meet them.
     fs::write(fixture.path("bounded.toml"), format!("{TINY}\n{bounds}")).unwrap();
@@ -859,6 +878,22 @@ fn runs_are_listed_and_reported_together() {
         "once in each table: {report}"
     );
     fixture.check(&["report", "run", "run"], 2, "two runs are called run");
+
+    // Settings that differ are listed.
+    let config = String::from_utf8(fixture.read("copy/config.toml")).unwrap();
+    let changed = config
+        .replace("\nsteps = ", "\nsteps = 1")
+        .replace("\nrestarts = ", "\nrestarts = 1");
+    assert_ne!(config, changed);
+    fs::write(fixture.path("copy/config.toml"), changed).unwrap();
+    let report = fixture.check(&["report", "run", "copy"], 0, "");
+    for message in [
+        "were trained with different settings, in their order: train.steps (",
+        "were scored with different settings: eval.restarts (",
+    ] {
+        assert!(report.contains(message), "{message}: {report}");
+    }
+    fs::write(fixture.path("copy/config.toml"), config).unwrap();
 
     // A table that lacks a run says so.
     let rows = fixture.read("copy/scores.jsonl");

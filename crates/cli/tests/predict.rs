@@ -542,7 +542,8 @@ fn earlier_shapes_keep_their_place_in_a_library(fixture: &Fixture, steps: [&Path
     }
     assert_code(&embed("c", &["--resume"]), 0);
     fs::write(fixture.path("c/x.step"), "no STEP").unwrap();
-    assert_code(&embed("c", &["--resume"]), 1);
+    assert_code(&embed("c", &["--resume"]), 0);
+    assert_code(&embed("c", &["--resume", "--strict"]), 1);
     let index = fs::read_to_string(fixture.path("two/index.jsonl")).unwrap();
     assert!(
         index.contains("c__y.npz") && !index.contains("c__x.npz"),

@@ -65,6 +65,21 @@ fn clusters_and_embeddings_are_scored() {
         let found = shapes.iter().find(|row| row["clusterer"] == clusterer);
         found.unwrap().clone()
     };
+    let footer = document["tables"]["footer"][0].as_str().unwrap();
+    assert!(
+        footer.contains("k-means with 10 restarts and seed 0") && footer.contains("data "),
+        "{footer}"
+    );
+    // A file alone has the same scores as in its folder.
+    let alone = score(folder.path(), &["scored/a.npz", "--json"]);
+    assert_eq!(alone.stdout, output.stdout);
+    let piped = Command::new(env!("CARGO_BIN_EXE_partprobe"))
+        .args(["score", "-", "--json"])
+        .stdin(fs::File::open(folder.path().join("scored/a.npz")).unwrap())
+        .output()
+        .unwrap();
+    assert_outcome(&piped, 0, r#""shape": "stdin""#);
+
     let [predicted, embedded] = ["predicted", "k-means"].map(shape);
     // One cluster for two parts: the larger part has 3 of its 5 points.
     assert_eq!(

@@ -129,6 +129,19 @@ fn what_cannot_be_read_is_named() {
             2,
             "`-` is the standard input, and this argument is a file or a folder",
         ),
+        ("score -", b"hello", 1, "could not be scored"),
+        (
+            "config check -",
+            b"base = \"probe\"\n[train]\nstepz = 3\n",
+            2,
+            "standard input, line 3: train.stepz: unknown field",
+        ),
+        (
+            "config check - --set train.steps=5",
+            b"base = \"probe\"\n",
+            0,
+            "every key and value is valid",
+        ),
     ] {
         check_piped(path, arguments, bytes, code, text);
     }

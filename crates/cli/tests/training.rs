@@ -390,7 +390,7 @@ fn anything_with_a_surface_or_points_is_embedded() {
             "embed", &weights, "a.stl", "b.obj", "c.ply", "d.npz", "e.ply", "f.txt", "--out", out,
         ];
         let output = fixture.program(&[&fixed[..], more].concat());
-        assert_code(&output, 1);
+        assert_code(&output, i32::from(more.contains(&"--strict")));
         let message = String::from_utf8_lossy(&output.stderr).into_owned();
         assert!(
             message.contains("e.ply: points need a normal each") && message.contains("f.txt"),
@@ -404,6 +404,16 @@ fn anything_with_a_surface_or_points_is_embedded() {
     };
     embed("tokens", &[]);
     embed("points", &["--form", "points", "--dtype", "f16"]);
+    embed("points", &["--force", "--strict", "--form", "points"]);
+    fs::write(fixture.path("points/thesis.tex"), "").unwrap();
+    let refused = fixture.program(&["embed", &weights, "a.stl", "--out", "points", "--force"]);
+    assert_code(&refused, 2);
+    let message = String::from_utf8_lossy(&refused.stderr).into_owned();
+    assert!(
+        message.contains("thesis.tex was not written by `embed`"),
+        "{message}"
+    );
+    fs::remove_file(fixture.path("points/thesis.tex")).unwrap();
     for name in ["a", "b", "c", "d"] {
         let file = |out: &str| fixture.path(out).join(format!("{name}.npz"));
         let members = arrays_from_npz(&fs::read(file("points")).unwrap()).unwrap();

@@ -7,6 +7,7 @@ use super::problem::{ConfigProblem, Layer, position_of, suggestion};
 use crate::usage::as_usage_error;
 use anyhow::{Context, Result, anyhow, bail};
 use std::fs;
+use std::io;
 use std::path::{Path, PathBuf};
 use toml::{Table, Value};
 
@@ -158,12 +159,27 @@ impl LoadedConfig {
 /// If the file cannot be read, a key is unknown, a value has the wrong type or a value is out of range:
 /// each is an error of the caller.
 pub(crate) fn load(name_or_path: &str, overrides: &[String]) -> Result<LoadedConfig> {
-    load_any(name_or_path, overrides).map_err(as_usage_error)
+    let loaded = read_text(name_or_path)
+        .and_then(|(name, text, path)| load_text(name_or_path, (name, &text, path), overrides));
+    loaded.map_err(as_usage_error)
 }
 
-fn load_any(name_or_path: &str, overrides: &[String]) -> Result<LoadedConfig> {
-    let (name, text, path) = read_text(name_or_path)?;
-    let chain = chain(name_or_path, &text, path.as_deref())?;
+/// The same for the text of the standard input. A `base` in it is found from the working folder.
+///
+/// # Errors
+/// As for [`load`], or if the standard input cannot be read.
+pub(crate) fn load_standard_input(overrides: &[String]) -> Result<LoadedConfig> {
+    let text = io::read_to_string(io::stdin()).context("reading the standard input")?;
+    let named = ("stdin".to_owned(), text.as_str(), Some(PathBuf::from("-")));
+    load_text("standard input", named, overrides).map_err(as_usage_error)
+}
+
+fn load_text(
+    name_or_path: &str,
+    (name, text, path): (String, &str, Option<PathBuf>),
+    overrides: &[String],
+) -> Result<LoadedConfig> {
+    let chain = chain(name_or_path, text, path.as_deref())?;
     let mut table = merged(&chain);
     for assignment in overrides {
         set(&mut table, assignment).with_context(|| as_written(assignment))?;

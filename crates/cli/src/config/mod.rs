@@ -30,7 +30,9 @@ pub(crate) use explicit::{explicit_table, with_table};
 pub(crate) use flag::by_flag;
 #[cfg(feature = "train")]
 pub(crate) use flag::{as_written, is_set, key_of};
-pub(crate) use merge::{LoadedConfig, load, shipped, shipped_descriptions, shipped_names};
+pub(crate) use merge::{
+    LoadedConfig, load, load_standard_input, shipped, shipped_descriptions, shipped_names,
+};
 pub(crate) use metric_name::MetricName;
 #[cfg(feature = "train")]
 pub(crate) use paths::are_same_place;

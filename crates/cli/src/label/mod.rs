@@ -48,5 +48,6 @@ pub(crate) use shape::{given_carrier, visit_carriers};
 pub(crate) use shard::Shard;
 pub(crate) use step_text::step_text;
 pub(crate) use summary::Summary;
+pub(crate) use target::belongs_to_data_set;
 pub(crate) use unread::{warn_of_repeated, warn_of_unread};
 pub(crate) use worker::{WorkerArgs, worker};

@@ -10,18 +10,18 @@ use crate::dataset_settings::DatasetSettings;
 use crate::folder_lock::FolderLock;
 use crate::interrupt::Interrupt;
 use crate::output_folder::{
-    files_below, make_folder, remove_content, remove_if_all_unfinished, remove_if_there,
+    ensure_empty, make_folder, remove_content, remove_if_all_unfinished, remove_if_there,
     remove_unfinished,
 };
+use crate::own_output::ensure_replaceable;
 use crate::stderr;
 use crate::usage::UsageError;
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Result, bail, ensure};
 use partprobe_dataset::{
     Dataset, DatasetWriter, FileRecord, INDEX_FILE, IndexEntry, JOURNAL_FILE, Journal,
     SETTINGS_FILE, TIMING_FILE, is_being_written, is_unfinished, write_journal,
 };
 use std::collections::BTreeMap;
-use std::fs;
 use std::path::Path;
 
 /// The largest number of shapes that are named because they are labeled again. Further ones are only counted.
@@ -59,7 +59,10 @@ pub(super) fn prepare(
     }
     // A program that was killed before it wrote anything else may have left an unfinished file.
     remove_if_all_unfinished(&job.out)?;
-    ensure_folder_is_empty(&job.out)?;
+    ensure_empty(
+        &job.out,
+        "choose another --out, continue with --resume, or replace it with --force",
+    )?;
     let writer = DatasetWriter::create(&job.out, &settings)?;
     Ok((Target::Open(writer), lock))
 }
@@ -235,56 +238,18 @@ fn remove_dataset(out: &Path, files: &[InputFile]) -> Result<()> {
             out.display()
         ))
     );
-    let out = &out
-        .canonicalize()
-        .with_context(|| out.display().to_string())?;
-    let inside = |file: &&InputFile| {
-        file.path
-            .canonicalize()
-            .is_ok_and(|path| path.starts_with(out))
-    };
-    if let Some(file) = files.iter().find(inside) {
-        bail!(UsageError(format!(
-            "{} lies in --out; --force would remove it",
-            file.path.display()
-        )));
-    }
-    if let Some(path) = files_below(out)?
-        .iter()
-        .find(|path| !belongs_to_data_set(path))
-    {
-        bail!(UsageError(format!(
-            "{} was not written by `label`, so --force removes nothing",
-            path.display()
-        )));
-    }
+    let inputs = files.iter().map(|file| file.path.as_path());
+    ensure_replaceable(out, "label", inputs, |path| {
+        belongs_to_data_set(&path.file_name().unwrap_or_default().to_string_lossy())
+    })?;
     // The folder itself is kept, because it is locked.
     remove_content(out, &[])
 }
 
-/// Whether a file belongs to a data set, finished or not.
-fn belongs_to_data_set(path: &Path) -> bool {
-    let name = path
-        .file_name()
-        .map(|name| name.to_string_lossy().into_owned())
-        .unwrap_or_default();
-    [INDEX_FILE, SETTINGS_FILE, TIMING_FILE, JOURNAL_FILE].contains(&name.as_str())
+/// Whether a file with this name belongs to a data set, finished or not.
+pub(crate) fn belongs_to_data_set(name: &str) -> bool {
+    [INDEX_FILE, SETTINGS_FILE, TIMING_FILE, JOURNAL_FILE].contains(&name)
         || name.ends_with(".npz")
         || (name.starts_with('.') && name.ends_with(".part"))
-        || is_unfinished(&name)
-}
-
-fn ensure_folder_is_empty(out: &Path) -> Result<()> {
-    let is_empty = fs::read_dir(out)
-        .with_context(|| format!("reading {}", out.display()))?
-        .next()
-        .is_none();
-    ensure!(
-        is_empty,
-        UsageError(format!(
-            "{} is not empty; choose another --out, continue with --resume, or replace it with --force",
-            out.display()
-        ))
-    );
-    Ok(())
+        || is_unfinished(name)
 }

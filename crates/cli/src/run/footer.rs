@@ -4,7 +4,7 @@ use super::false_alarms::{error_rate, measured_false_alarms};
 use super::split_file::SplitFile;
 use crate::config::{Config, LabelConfig, NormalConfig};
 use crate::counted::counted;
-use crate::program_version::COMMIT;
+use crate::program_version::commit_or_version;
 use partprobe_cluster::Modes;
 use partprobe_eval::ScoreRow;
 use partprobe_net::Voxels;
@@ -127,9 +127,6 @@ fn settings(
         config.eval.restarts,
         config.eval.seed,
         seeds.join(", "),
-        COMMIT.map_or_else(
-            || format!("unknown (version {})", env!("CARGO_PKG_VERSION")),
-            str::to_owned
-        ),
+        commit_or_version(),
     )
 }

@@ -5,7 +5,7 @@
 
 use crate::damaged_carriers::{is_damaged_carrier, refuse_damaged_carriers};
 use crate::interrupt::Interrupt;
-use crate::output_folder::{ensure_empty, make_folder};
+use crate::own_output::OwnOutput;
 use crate::shape_input::{ShapeArgs, ShapeInput, ShapeInputs};
 use crate::shape_loop::for_each_measured;
 use crate::stderr;
@@ -43,6 +43,9 @@ pub(crate) struct CalibrateArgs {
     /// A folder to write tables and plots to.
     #[arg(long, short, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Replace the output of an earlier call.
+    #[arg(long, requires = "out")]
+    force: bool,
     /// The operating threshold, in degrees.
     #[arg(long, value_name = "DEGREES", default_value_t = 8.0)]
     theta: f64,
@@ -57,6 +60,23 @@ pub(crate) struct CalibrateArgs {
     json: bool,
 }
 
+/// The files of the verb.
+const OUTPUT: OwnOutput = OwnOutput {
+    verb: "calibrate",
+    marker: Some("calibration.md"),
+    is_own: |name| {
+        let names = [
+            "calibration.md",
+            "calibration.json",
+            "histogram.csv",
+            "histogram.svg",
+            "sweep.csv",
+            "sweep.svg",
+        ];
+        names.contains(&name)
+    },
+};
+
 /// Measures every shape and prints the tables.
 ///
 /// # Errors
@@ -64,7 +84,7 @@ pub(crate) struct CalibrateArgs {
 pub(crate) fn calibrate(args: &CalibrateArgs) -> Result<()> {
     let settings = settings(args)?;
     if let Some(out) = &args.out {
-        ensure_empty(out)?;
+        OUTPUT.ensure_free(out, args.force, &args.shapes.paths)?;
     }
     args.shapes.check()?;
     let interrupt = Interrupt::listen()?;
@@ -78,6 +98,7 @@ pub(crate) fn calibrate(args: &CalibrateArgs) -> Result<()> {
     let tables = calibration.tables();
     ensure!(tables.n_shapes > 0, "no shape could be measured");
     if let Some(out) = &args.out {
+        let _lock = OUTPUT.take(out, "writing tables into", args.force, &args.shapes.paths)?;
         write_tables(out, &tables)?;
     }
     if args.json {
@@ -158,7 +179,6 @@ fn measure(
 }
 
 fn write_tables(out: &Path, tables: &CalibrationTables) -> Result<()> {
-    make_folder(out)?;
     let files = [
         ("calibration.md", tables.to_markdown()),
         ("calibration.json", tables.to_json()),

@@ -1,11 +1,16 @@
 //! Runs `partprobe config`: it lists the shipped configs, prints one after merging it with its bases, and checks a file.
 
-use crate::config::{Config, load, shipped, shipped_descriptions};
+use crate::config::{
+    Config, LoadedConfig, load, load_standard_input, shipped, shipped_descriptions,
+};
 use crate::markdown_table::{Alignment, markdown_table};
 #[cfg(feature = "train")]
 use crate::run::{checked_expectations, ensure_frozen_parts};
+use crate::standard_input::is_standard_input;
 use crate::stdout::{print_line, print_result, print_tables};
-use anyhow::Result;
+use crate::usage::UsageError;
+use anyhow::{Result, ensure};
+use std::path::Path;
 
 /// List, print and check configs
 #[derive(Clone, Debug, clap::Args)]
@@ -35,7 +40,7 @@ An error names the file and the line. The exit code is then 2.")]
 
 #[derive(Clone, Debug, clap::Args)]
 struct ShowArgs {
-    /// A shipped config or a TOML file.
+    /// A shipped config or a TOML file; `-` is the standard input.
     #[arg(value_name = "CONFIG")]
     config: String,
     /// Change a value, for example train.steps=500.
@@ -48,7 +53,7 @@ struct ShowArgs {
 
 #[derive(Clone, Debug, clap::Args)]
 struct CheckArgs {
-    /// The TOML file, or a shipped config.
+    /// The TOML file, or a shipped config; `-` is the standard input.
     #[arg(value_name = "CONFIG")]
     config: String,
     /// Change a value before the check.
@@ -68,8 +73,17 @@ pub(crate) fn config(args: &ConfigArgs) -> Result<()> {
     }
 }
 
+/// The config of an argument, which may be the standard input.
+fn loaded(config: &str, set: &[String]) -> Result<LoadedConfig> {
+    if is_standard_input(Path::new(config)) {
+        load_standard_input(set)
+    } else {
+        load(config, set)
+    }
+}
+
 fn check(args: &CheckArgs) -> Result<()> {
-    let loaded = load(&args.config, &args.set)?;
+    let loaded = loaded(&args.config, &args.set)?;
     ensure_trainable(&loaded.config).map_err(|error| loaded.located(&error))?;
     print_line(format_args!(
         "{}: every key and value is valid",
@@ -103,10 +117,18 @@ fn list() -> Result<()> {
 }
 
 fn show(args: &ShowArgs) -> Result<()> {
-    let loaded = load(&args.config, &args.set)?;
     if !args.source {
+        let loaded = loaded(&args.config, &args.set)?;
         return print_result(loaded.merged.trim_end());
     }
+    let from_stdin = is_standard_input(Path::new(&args.config));
+    ensure!(
+        !from_stdin,
+        UsageError(
+            "--source prints the text of a shipped config or of a file, and `-` is neither"
+                .to_owned()
+        )
+    );
     match shipped(&args.config) {
         Some(text) => print_result(text.trim_end()),
         None => print_result(std::fs::read_to_string(&args.config)?.trim_end()),

@@ -3,15 +3,15 @@
 use crate::audit::audited;
 use crate::counted::counted;
 use crate::dataset_settings::DatasetSettings;
-use crate::folder_lock::FolderLock;
 use crate::interrupt;
-use crate::label::{Shard, Summary};
+use crate::label::{Shard, Summary, belongs_to_data_set};
 use crate::output_folder::{make_folder, remove_content};
+use crate::own_output::OwnOutput;
 use crate::progress::Progress;
 use crate::stdout::print_line;
 use crate::usage::UsageError;
 use anyhow::{Context, Result, bail, ensure};
-use partprobe_dataset::{Dataset, DatasetWriter, FileRecord, TIMING_FILE, Timing};
+use partprobe_dataset::{Dataset, DatasetWriter, FileRecord, SETTINGS_FILE, TIMING_FILE, Timing};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -33,10 +33,20 @@ pub(crate) struct MergeArgs {
     /// The folder to write.
     #[arg(long, short, value_name = "DATASET")]
     out: PathBuf,
+    /// Replace the output of an earlier call.
+    #[arg(long)]
+    force: bool,
     /// Do not check that the carriers of the shares are as they were labeled.
     #[arg(long)]
     quick: bool,
 }
+
+/// The files of the verb: those of a data set.
+const OUTPUT: OwnOutput = OwnOutput {
+    verb: "merge",
+    marker: Some(SETTINGS_FILE),
+    is_own: belongs_to_data_set,
+};
 
 /// Joins the shares. The bytes of the result are those of a batch without shares.
 ///
@@ -54,7 +64,7 @@ pub(crate) fn merge(args: &MergeArgs) -> Result<()> {
         shares.iter().try_for_each(Share::ensure_undamaged)?;
     }
     interrupt::end_at_once()?;
-    let _lock = FolderLock::take_empty(&args.out, "merging into")?;
+    let _lock = OUTPUT.take(&args.out, "merging into", args.force, &args.shares)?;
 
     let joined = joined(&shares, &settings, &args.out);
     let summary = joined.inspect_err(|_| {

@@ -3,9 +3,9 @@
 use crate::counted::{counted, file_size};
 use crate::damaged_carriers::refuse_damaged_carriers;
 use crate::dataset_settings::{DatasetSettings, settings_sha256};
-use crate::folder_lock::FolderLock;
 use crate::interrupt;
 use crate::label::ReasonCounts;
+use crate::own_output::OwnOutput;
 use crate::program_version::COMMIT;
 use crate::progress::Progress;
 use crate::stderr;
@@ -50,6 +50,9 @@ pub(crate) struct ReleaseArgs {
     /// The folder to write.
     #[arg(long, short, value_name = "PACKAGE")]
     out: PathBuf,
+    /// Replace the output of an earlier call.
+    #[arg(long)]
+    force: bool,
     /// Leave out the names of files; ids are made from the hash of the STEP text.
     #[arg(long)]
     anonymous: bool,
@@ -64,6 +67,16 @@ pub(crate) struct ReleaseArgs {
     jobs: Option<u16>,
 }
 
+/// The files of a package.
+const OUTPUT: OwnOutput = OwnOutput {
+    verb: "release",
+    marker: None,
+    is_own: |name| {
+        [MANIFEST_FILE, DATASHEET_FILE, LICENSE_NOTE_FILE].contains(&name)
+            || (name.starts_with("labels-") && name.ends_with(".parquet"))
+    },
+};
+
 /// Writes the package, and prints a summary of its content.
 ///
 /// # Errors
@@ -72,7 +85,8 @@ pub(crate) fn release(args: &ReleaseArgs) -> Result<()> {
     let settings = DatasetSettings::read(&args.dataset)?;
     let dataset = Dataset::open(&args.dataset)?;
     interrupt::end_at_once()?;
-    let _lock = FolderLock::take_empty(&args.out, "releasing into")?;
+    let inputs = [args.dataset.clone()];
+    let _lock = OUTPUT.take(&args.out, "releasing into", args.force, &inputs)?;
 
     let label = serde_json::to_value(&settings.label)?;
     let is_further = |name: &&String| ![STEP_PARTS, STEP_PARTS_RAW].contains(&name.as_str());

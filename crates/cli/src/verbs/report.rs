@@ -209,35 +209,60 @@ fn is_same(runs: &[ScoredRun], shape: &str, reference: &str) -> bool {
     of_labels.collect::<BTreeSet<_>>().len() <= 1
 }
 
-/// The settings of the scoring that differ between the runs, as a sentence. Returns `None` if there are none.
-fn differing_settings(runs: &[ScoredRun]) -> Option<String> {
-    let value = |run: &ScoredRun, table: &str, key: &str| {
-        let found = run.settings.get(table).and_then(|table| table.get(key));
-        found.map_or_else(|| "–".to_owned(), toml::Value::to_string)
-    };
+/// Sentences about the settings of the training and of the scoring that differ between the runs.
+fn differing_settings(runs: &[ScoredRun]) -> Vec<String> {
+    let trained = differing(runs.iter().map(|run| &run.training));
+    let scored = differing(runs.iter().map(|run| &run.scoring));
+    let mut sentences = Vec::new();
+    sentences.extend(trained.map(|found| {
+        format!("The runs were trained with different settings, in their order: {found}.")
+    }));
+    sentences.extend(scored.map(|found| {
+        format!("The runs were scored with different settings: {found}. Rows without a training are of the first run.")
+    }));
+    sentences
+}
+
+/// The keys whose values differ between some configs, with the values in the order of the configs. Returns `None` if there are none.
+fn differing<'a>(
+    configs: impl Iterator<Item = &'a BTreeMap<&'static str, toml::Value>>,
+) -> Option<String> {
+    let values: Vec<BTreeMap<String, String>> = configs.map(values_by_key).collect();
+    let keys: BTreeSet<&String> = values.iter().flat_map(BTreeMap::keys).collect();
     let mut differing = Vec::new();
-    let tables: BTreeSet<&str> = runs
+    for key in keys {
+        let of_key = |values: &BTreeMap<String, String>| {
+            let found = values.get(key).cloned();
+            found.unwrap_or_else(|| "–".to_owned())
+        };
+        let of_key: Vec<String> = values.iter().map(of_key).collect();
+        if of_key.iter().any(|value| *value != of_key[0]) {
+            differing.push(format!("{key} ({})", of_key.join(", ")));
+        }
+    }
+    (!differing.is_empty()).then(|| differing.join("; "))
+}
+
+/// All values of some tables by their keys, such as `net.backbone.dim`.
+fn values_by_key(tables: &BTreeMap<&'static str, toml::Value>) -> BTreeMap<String, String> {
+    let mut values = BTreeMap::new();
+    let mut open: Vec<(String, &toml::Value)> = tables
         .iter()
-        .flat_map(|run| run.settings.keys().copied())
+        .map(|(name, value)| ((*name).to_owned(), value))
         .collect();
-    for table in tables {
-        let of_runs = runs
-            .iter()
-            .filter_map(|run| run.settings.get(table)?.as_table());
-        let keys: BTreeSet<&String> = of_runs.flat_map(|table| table.keys()).collect();
-        for key in keys {
-            let values: Vec<String> = runs.iter().map(|run| value(run, table, key)).collect();
-            if values.iter().any(|value| *value != values[0]) {
-                differing.push(format!("{table}.{key} ({})", values.join(", ")));
+    while let Some((key, value)) = open.pop() {
+        match value {
+            toml::Value::Table(inner) => open.extend(
+                inner
+                    .iter()
+                    .map(|(name, value)| (format!("{key}.{name}"), value)),
+            ),
+            value => {
+                values.insert(key, value.to_string());
             }
         }
     }
-    (!differing.is_empty()).then(|| {
-        format!(
-            "The runs were scored with different settings: {}. Rows without a training are of the first run.",
-            differing.join("; ")
-        )
-    })
+    values
 }
 
 /// Writes the page or the charts of the named run.
@@ -336,6 +361,6 @@ fn settings(runs: &[ScoredRun], rows: &[ScoreRow]) -> TableSettings {
             seed: 0,
             least_groups: Bootstrap::LEAST_GROUPS,
         },
-        footer: differing_settings(runs).into_iter().collect(),
+        footer: differing_settings(runs),
     }
 }

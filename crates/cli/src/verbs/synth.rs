@@ -1,9 +1,9 @@
 //! Runs `partprobe synth`: it writes generated mechanical parts as STEP files.
 
 use crate::config::{SynthConfig, by_flag, load};
-use crate::folder_lock::FolderLock;
 use crate::interrupt;
 use crate::output_folder::make_folder;
+use crate::own_output::OwnOutput;
 use crate::progress::Progress;
 use crate::stdout::print_line;
 use anyhow::Result;
@@ -20,6 +20,9 @@ pub(crate) struct SynthArgs {
     /// The folder to write to.
     #[arg(long, short, value_name = "DIR")]
     out: PathBuf,
+    /// Replace the output of an earlier call.
+    #[arg(long)]
+    force: bool,
     /// The number of parts; the config's synth.n if not given.
     #[arg(short, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=10_000_000))]
     n: Option<u64>,
@@ -40,6 +43,13 @@ pub(crate) struct SynthArgs {
     set: Vec<String>,
 }
 
+/// The files of the verb.
+const OUTPUT: OwnOutput = OwnOutput {
+    verb: "synth",
+    marker: None,
+    is_own: |name| name.starts_with("synth-") && name.ends_with(".step"),
+};
+
 /// Writes the parts.
 ///
 /// # Errors
@@ -57,7 +67,7 @@ pub(crate) fn synth(args: &SynthArgs) -> Result<()> {
     }
     let loaded = load(&args.config, &overrides)?;
     interrupt::end_at_once()?;
-    let _lock = FolderLock::take_empty(&args.out, "generating parts in")?;
+    let _lock = OUTPUT.take(&args.out, "generating parts in", args.force, &[])?;
     write_parts(&args.out, &loaded.config.synth, &Progress::on_terminal())?;
     print_line(format_args!(
         "{} STEP files in {}",

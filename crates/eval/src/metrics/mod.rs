@@ -103,6 +103,12 @@ impl Metric {
         SECONDARY.contains(self)
     }
 
+    /// Whether a smaller value is better: the metric is an error, and not an agreement.
+    #[must_use]
+    pub fn is_error(&self) -> bool {
+        *self == COUNT_ERROR
+    }
+
     /// The index of the metric in the order of all metrics.
     fn order(&self) -> (usize, &'static str) {
         let index = METRICS.iter().position(|metric| metric.name == self.name);

@@ -8,7 +8,7 @@ use super::measure::{Comparison, MeasuredShape};
 use crate::damaged_carriers::{is_damaged_carrier, refuse_damaged_carriers};
 use crate::interrupt::Interrupt;
 use crate::label_sources::listed_sources;
-use crate::output_folder::{ensure_empty, make_folder};
+use crate::own_output::OwnOutput;
 use crate::shape_choice::ChoiceArgs;
 use crate::shape_input::{DataArgs, ShapeInput, ShapeInputs};
 use crate::stderr;
@@ -63,6 +63,9 @@ pub(crate) struct CompareArgs {
     /// A folder to write tables and figures to.
     #[arg(long, short, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Replace the output of an earlier call.
+    #[arg(long, requires = "out")]
+    force: bool,
     /// Print one JSON object.
     #[arg(long)]
     json: bool,
@@ -89,6 +92,17 @@ impl ChannelName {
     }
 }
 
+/// The files of the verb.
+const OUTPUT: OwnOutput = OwnOutput {
+    verb: "compare",
+    marker: Some("agreement.md"),
+    is_own: |name| {
+        [".md", ".csv", ".json", ".jsonl", ".svg"]
+            .iter()
+            .any(|ending| name.ends_with(ending))
+    },
+};
+
 /// Measures the agreement of the sources on every shape and prints the tables.
 ///
 /// # Errors
@@ -98,7 +112,7 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<()> {
     args.choice.check()?;
     args.data.check()?;
     if let Some(out) = &args.out {
-        ensure_empty(out)?;
+        OUTPUT.ensure_free(out, args.force, &args.data.paths)?;
     }
     let shape_args = args.data.shape_args();
 
@@ -118,6 +132,7 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<()> {
         table_settings(&comparison),
     );
     if let Some(out) = &args.out {
+        let _lock = OUTPUT.take(out, "writing tables into", args.force, &args.data.paths)?;
         write_files(out, &tables, &measured.rows)?;
     }
     if args.json {
@@ -222,7 +237,6 @@ fn first_reason(refused: &[RefusedShape]) -> String {
 }
 
 fn write_files(out: &Path, tables: &AgreementTables, rows: &[AgreementRow]) -> Result<()> {
-    make_folder(out)?;
     let lines: String = rows.iter().map(AgreementRow::to_csv).collect();
     let mut files = vec![
         ("agreement.md".to_owned(), tables.to_markdown()),

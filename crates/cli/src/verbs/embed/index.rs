@@ -9,7 +9,7 @@ use std::fs;
 use std::path::Path;
 
 /// The name of the index in its folder.
-const FILE: &str = "index.jsonl";
+pub(super) const FILE: &str = "index.jsonl";
 
 /// A shape with its file, or an input that could not be embedded.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
@@ -24,8 +24,20 @@ pub(super) struct IndexLine {
     pub(super) given: Option<String>,
     /// The embedding file, relative to the folder, or `None` if it could not be embedded.
     pub(super) file: Option<String>,
+    /// Whether it has a file. Indexes of earlier versions do not say it.
+    #[serde(skip_deserializing)]
+    status: EmbedStatus,
     /// The reason why there is no file.
     reason: Option<String>,
+}
+
+/// The outcome for a shape.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+enum EmbedStatus {
+    #[default]
+    Embedded,
+    Failed,
 }
 
 impl IndexLine {
@@ -36,6 +48,7 @@ impl IndexLine {
             source: source.to_owned(),
             given: given.map(|path| path.display().to_string()),
             file: Some(format!("{id}.npz")),
+            status: EmbedStatus::Embedded,
             reason: None,
         }
     }
@@ -47,6 +60,7 @@ impl IndexLine {
             source: source.to_owned(),
             given: given.map(|path| path.display().to_string()),
             file: None,
+            status: EmbedStatus::Failed,
             reason: Some(format!("{error:#}")),
         }
     }
@@ -84,12 +98,16 @@ pub(super) fn read_index(folder: &Path) -> Result<Vec<IndexLine>> {
     }
     let text = fs::read_to_string(&path).with_context(|| format!("reading {}", path.display()))?;
     let read = |(number, line)| {
-        serde_json::from_str(line).with_context(|| {
+        let mut line: IndexLine = serde_json::from_str(line).with_context(|| {
             format!(
                 "{}, line {number}, is not a line of an index",
                 path.display()
             )
-        })
+        })?;
+        if line.is_failed() {
+            line.status = EmbedStatus::Failed;
+        }
+        Ok(line)
     };
     (1..).zip(text.lines()).map(read).collect()
 }
@@ -167,5 +185,7 @@ mod tests {
         write_index(folder.path(), &[failed("b.step")]).unwrap();
         let lines = read_index(folder.path()).unwrap();
         assert_eq!(lines, [failed("b.step"), failed("c.step")]);
+        let text = fs::read_to_string(folder.path().join(FILE)).unwrap();
+        assert_eq!(text.matches(r#""status":"failed""#).count(), 2, "{text}");
     }
 }

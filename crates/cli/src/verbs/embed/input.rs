@@ -2,7 +2,8 @@
 //! sets.
 
 use crate::config::{Attribute, Config, NormalConfig};
-use crate::label::carriers_of_path;
+use crate::given_path::distinct_paths;
+use crate::label::{carriers_of_path, warn_of_repeated};
 use crate::points::points_of;
 use crate::run::Execution;
 use crate::shape_input::{FailedInput, ShapeArgs, ShapeInput, ShapeInputs};
@@ -137,14 +138,16 @@ impl Inputs {
             list: Vec::new(),
             _opened: Vec::new(),
         };
-        for path in paths {
+        let (paths, repeated) = distinct_paths(paths);
+        warn_of_repeated(&repeated);
+        for path in &paths {
             let given = absolute_unless_stdin(path)?;
             let input = |kind| Input {
                 given: given.clone(),
                 kind,
             };
             if !is_read_by_shape_input(path) {
-                let prefix = folder_if_ambiguous(path, paths);
+                let prefix = folder_if_ambiguous(path, &paths);
                 inputs
                     .list
                     .push(input(InputKind::File(path.clone(), prefix)));

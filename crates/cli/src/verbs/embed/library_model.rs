@@ -11,7 +11,7 @@ use std::fs;
 use std::path::Path;
 
 /// The name of the file in the folder of embeddings.
-const FILE: &str = "embed.json";
+pub(super) const FILE: &str = "embed.json";
 /// The version of its layout.
 const FORMAT_VERSION: u32 = 1;
 

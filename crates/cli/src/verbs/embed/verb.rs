@@ -1,15 +1,17 @@
 //! Defines the arguments of `embed`, and its loop over shapes.
 
 use super::form::{Form, Precision, is_of};
-use super::index::{IndexLine, drop_outdated, read_index, write_index};
+use super::index::{FILE as INDEX_FILE, IndexLine, drop_outdated, read_index, write_index};
 use super::input::{Input, Inputs};
-use super::library_model::LibraryModel;
+use super::library_model::{FILE as MODEL_FILE, LibraryModel};
 use crate::backbone::{Backbone, BackboneArgs, ensure_preparation};
 use crate::counted::counted;
 use crate::folder_lock::FolderLock;
 use crate::given_path::are_same_path;
 use crate::output_folder::{ensure_still_there, make_folder, remove_unfinished};
+use crate::own_output::OwnOutput;
 use crate::run::{Execution, ExecutionArgs};
+use crate::stderr;
 use crate::stdout::print_result;
 use anyhow::{Context, Result, anyhow, bail, ensure};
 use partprobe_dataset::write_atomically;
@@ -39,7 +41,7 @@ Each shape gives <id>.npz with
   --form shapes  embeddings (1, dim): the direction of the mean over all points. `partprobe nearest` searches them
 With --form tokens or points, the file also contains points, normals, and face_of_point i32 if the shape has a B-Rep. index.jsonl
 has a line for each shape, and is written last.
-Exit codes: 0 every file was embedded, 1 a file could not be embedded, 2 wrong usage.")]
+Exit codes: 0 at least one file was embedded (with --strict: all of them), 1 none, 2 wrong usage.")]
 pub(crate) struct EmbedArgs {
     #[command(flatten)]
     backbone: BackboneArgs,
@@ -60,9 +62,22 @@ pub(crate) struct EmbedArgs {
     /// Keep existing files, and embed the other shapes. Shapes of earlier calls stay in the index as long as their files exist.
     #[arg(long)]
     resume: bool,
+    /// Replace the embeddings of an earlier call.
+    #[arg(long, conflicts_with = "resume")]
+    force: bool,
+    /// Exit with 1 if any file could not be embedded.
+    #[arg(long)]
+    strict: bool,
     #[command(flatten)]
     execution: ExecutionArgs,
 }
+
+/// The files of the verb.
+const OUTPUT: OwnOutput = OwnOutput {
+    verb: "embed",
+    marker: Some(MODEL_FILE),
+    is_own: |name| [MODEL_FILE, INDEX_FILE].contains(&name) || name.ends_with(".npz"),
+};
 
 /// Embeds each shape. A shape that fails is named, and the others are still embedded.
 ///
@@ -79,7 +94,7 @@ pub(crate) fn embed(args: &EmbedArgs) -> Result<ExitCode> {
         make_folder(&args.out)?;
         FolderLock::take(&args.out, doing)?
     } else {
-        FolderLock::take_empty(&args.out, doing)?
+        OUTPUT.take(&args.out, doing, args.force, &args.paths)?
     };
     let model = LibraryModel::of(
         &args.backbone,
@@ -127,23 +142,30 @@ pub(crate) fn embed(args: &EmbedArgs) -> Result<ExitCode> {
         let kept = counted(n_kept, "file was there already", "files were there already");
         execution.progress.note(&format!("{kept}: they stay"));
     }
-    conclude(&args.out, &lines)
+    conclude(args, &lines)
 }
 
 /// Writes the index, and reports how many inputs could not be embedded.
-fn conclude(out: &Path, lines: &[IndexLine]) -> Result<ExitCode> {
+fn conclude(args: &EmbedArgs, lines: &[IndexLine]) -> Result<ExitCode> {
+    let out = &args.out;
     let n_failed = lines.iter().filter(|line| line.is_failed()).count();
     if n_failed == lines.len() {
         drop_outdated(out, lines)?;
         bail!("no file could be embedded");
     }
     write_index(out, lines)?;
+    if n_failed == 0 {
+        return Ok(ExitCode::SUCCESS);
+    }
     let paths = counted(lines.len(), "file", "files");
-    ensure!(
-        n_failed == 0,
+    stderr::print_line(format_args!(
         "{n_failed} of {paths} could not be embedded; the others are written"
-    );
-    Ok(ExitCode::SUCCESS)
+    ));
+    Ok(if args.strict {
+        ExitCode::FAILURE
+    } else {
+        ExitCode::SUCCESS
+    })
 }
 
 /// The lines of earlier calls, by the ids of their shapes.

@@ -33,6 +33,8 @@ pub(super) struct Batch<'a> {
     pub(super) n_threads: usize,
     /// The advice if the batch is stopped.
     pub(super) after_stop: &'static str,
+    /// Whether a failed shape makes the call fail.
+    pub(super) is_strict: bool,
 }
 
 impl Batch<'_> {
@@ -157,7 +159,7 @@ impl Batch<'_> {
     /// Writes `shapes.jsonl`, names the failed shapes, and prints a summary.
     ///
     /// # Errors
-    /// If no shape was written, or a carrier is not the one that was labeled.
+    /// If no shape was written, a carrier is not the one that was labeled, or with `--strict` any shape failed.
     pub(super) fn conclude(&self, lines: &[ShapeLine]) -> Result<()> {
         self.folder
             .write(Path::new(SHAPES_FILE), &json_lines(lines)?)?;
@@ -188,6 +190,11 @@ impl Batch<'_> {
         ensure!(
             n_written > 0,
             "no shape could be written; the lines above say why"
+        );
+        ensure!(
+            !self.is_strict || failed.is_empty(),
+            "--strict: {} failed; the others are written",
+            counted(failed.len(), "file or shape", "files or shapes")
         );
         refuse_damaged_carriers(lines.iter().filter(|line| line.is_damaged).count())
     }

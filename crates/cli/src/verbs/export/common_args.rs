@@ -15,6 +15,9 @@ pub(crate) struct FolderArgs {
     /// Replace an existing export.
     #[arg(long)]
     pub(super) force: bool,
+    /// Exit with 1 if any file or shape failed.
+    #[arg(long)]
+    pub(super) strict: bool,
 }
 
 /// What every format with labels takes.

@@ -4,9 +4,10 @@ use super::outputs::Outputs;
 use crate::config::{differences, listed};
 use crate::folder_lock::FolderLock;
 use crate::output_folder::{
-    ensure_still_there, files_below, make_folder, remove_content, remove_if_all_unfinished,
-    remove_if_there, remove_unfinished,
+    ensure_still_there, make_folder, remove_content, remove_if_all_unfinished, remove_if_there,
+    remove_unfinished,
 };
+use crate::own_output::ensure_replaceable as ensure_replaceable_by;
 use crate::shape_input::EXPORT_FILE;
 use crate::usage::UsageError;
 use anyhow::{Context, Result, bail, ensure};
@@ -180,16 +181,8 @@ pub(super) enum Replace {
 
 /// Refuses to replace a folder that has anything but an export, finished or not, or that has an input.
 fn ensure_replaceable(root: &Path, inputs: &[PathBuf], known: &[Outputs]) -> Result<()> {
-    let root = &root
-        .canonicalize()
-        .with_context(|| root.display().to_string())?;
-    let inside = |path: &&PathBuf| path.canonicalize().is_ok_and(|path| path.starts_with(root));
-    if let Some(path) = inputs.iter().find(inside) {
-        bail!(UsageError(format!(
-            "{} lies in --out; --force would remove it",
-            path.display()
-        )));
-    }
+    let inputs = inputs.iter().map(PathBuf::as_path);
+    ensure_replaceable_by(root, "export", inputs, |path| is_of_an_export(path, known))?;
     let settings = fs::read(root.join(EXPORT_FILE)).unwrap_or_default();
     let is_export = serde_json::from_slice::<Value>(&settings)
         .is_ok_and(|document| document["format"].is_string());
@@ -200,25 +193,16 @@ fn ensure_replaceable(root: &Path, inputs: &[PathBuf], known: &[Outputs]) -> Res
             root.display()
         ))
     );
-    if let Some(path) = foreign_file(root, known)? {
-        bail!(UsageError(format!(
-            "{} was not written by `export`, so --force removes nothing",
-            path.display()
-        )));
-    }
     Ok(())
 }
 
-/// A file below the folder that no export writes.
-fn foreign_file(root: &Path, known: &[Outputs]) -> Result<Option<PathBuf>> {
+/// Whether an export writes such a file, or was writing it when it was killed.
+fn is_of_an_export(path: &Path, known: &[Outputs]) -> bool {
     let text = |part: Option<&OsStr>| part.unwrap_or_default().to_string_lossy().into_owned();
-    let is_foreign = |path: &PathBuf| {
-        let (name, extension) = (text(path.file_name()), text(path.extension()));
-        let belongs_to_export = is_of_an_exporter(&name, &extension, known)
-            || (name.starts_with('.') && ["part", "unfinished"].contains(&extension.as_str()));
-        !belongs_to_export || path.is_symlink()
-    };
-    Ok(files_below(root)?.into_iter().find(is_foreign))
+    let (name, extension) = (text(path.file_name()), text(path.extension()));
+    let belongs_to_export = is_of_an_exporter(&name, &extension, known)
+        || (name.starts_with('.') && ["part", "unfinished"].contains(&extension.as_str()));
+    belongs_to_export && !path.is_symlink()
 }
 
 /// Whether a format, or every export, writes files with this name or ending.

@@ -16,6 +16,7 @@ pub(super) struct ExportSession {
     interrupt: Interrupt,
     n_threads: usize,
     after_stop: &'static str,
+    is_strict: bool,
 }
 
 impl ExportSession {
@@ -85,6 +86,7 @@ impl ExportSession {
             interrupt,
             n_threads: args.shapes.n_threads(),
             after_stop: "export again with --force",
+            is_strict: args.strict,
         })
     }
 
@@ -94,6 +96,7 @@ impl ExportSession {
             interrupt: &self.interrupt,
             n_threads: self.n_threads,
             after_stop: self.after_stop,
+            is_strict: self.is_strict,
         }
     }
 }

@@ -4,23 +4,25 @@ use super::true_surface::{SurfaceRequest, SurfaceResult, project_points};
 use crate::config::{self, Attribute, Config, NormalConfig};
 use crate::counted::counted;
 use crate::damaged_carriers::{is_damaged_carrier, refuse_damaged_carriers};
-use crate::folder_lock::FolderLock;
 use crate::interrupt::Interrupt;
 use crate::label::{
     InputFile, InputList, input_files, visit_carriers, warn_of_repeated, warn_of_unread,
 };
 use crate::label_sources::sources_named;
-use crate::output_folder::is_output_error;
+use crate::output_folder::{is_output_error, remove_if_there};
+use crate::own_output::OwnOutput;
 use crate::points::{DEFAULT_SOURCES, default_sources, labeled_points};
 use crate::progress::Progress;
 use crate::standard_input::{STDIN_NAME, with_standard_input};
 use crate::stderr;
 use crate::stdout::print_line;
 use crate::usage::{UsageError, as_usage_error};
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result, bail, ensure};
 use partprobe_brep::Brep;
 use partprobe_carrier::{Carrier, GIVEN, SurfaceAttributes};
-use partprobe_dataset::{Dataset, INDEX_FILE, IndexEntry, SETTINGS_FILE, write_atomically};
+use partprobe_dataset::{
+    Dataset, INDEX_FILE, IndexEntry, SETTINGS_FILE, json_document, write_atomically,
+};
 use partprobe_formats::{
     Compression, PlyPoints, SampleLabels, colored_points_to_ply, sample_with_attributes_to_npz,
 };
@@ -28,6 +30,7 @@ use partprobe_label::Kernel;
 use partprobe_render::colors_of_labels;
 use partprobe_sources::BoxedSource;
 use rayon::prelude::*;
+use serde_json::json;
 use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -54,6 +57,9 @@ pub(crate) struct SampleArgs {
     /// The folder to write.
     #[arg(long, short, value_name = "DIR")]
     out: PathBuf,
+    /// Replace the output of an earlier call.
+    #[arg(long)]
+    force: bool,
     /// The format of the samples.
     #[arg(long, value_enum)]
     format: SampleFormat,
@@ -97,6 +103,16 @@ enum SampleFormat {
     /// One binary point cloud per shape.
     Ply,
 }
+
+/// The name of the file with the settings of the samples.
+const SETTINGS: &str = "sample.json";
+
+/// The files of the verb.
+const OUTPUT: OwnOutput = OwnOutput {
+    verb: "sample",
+    marker: Some(SETTINGS),
+    is_own: |name| name == SETTINGS || name.ends_with(".npz") || name.ends_with(".ply"),
+};
 
 /// The largest number of shapes that are named because they cannot be sampled. Further ones are only counted.
 const MAX_WARNINGS: usize = 10;
@@ -253,7 +269,8 @@ impl Sampler<'_> {
         n_unprojected: &AtomicUsize,
     ) -> Result<()> {
         let out = &self.args.out;
-        let _lock = FolderLock::take_empty(out, "sampling into")?;
+        let _lock = OUTPUT.take(out, "sampling into", self.args.force, &self.args.data)?;
+        self.write_settings()?;
         let bar = Progress::on_terminal().bar("sample", items.len());
         // A file that cannot be written ends the work at once. A shape that cannot be sampled does not.
         let interrupt = Interrupt::listen()?;
@@ -275,7 +292,7 @@ impl Sampler<'_> {
         bar.finish_and_clear();
         let incomplete = || {
             format!(
-                "{} is not complete; choose another --out, or empty it",
+                "{} is not complete; choose another --out, or sample again with --force",
                 out.display()
             )
         };
@@ -306,13 +323,30 @@ impl Sampler<'_> {
                 "{points} no surface nearby, so their places on the triangles were kept"
             ))?;
         }
-        ensure!(n_written > 0, "no shape could be sampled");
+        if n_written == 0 {
+            remove_if_there(&out.join(SETTINGS))?;
+            bail!("no shape could be sampled");
+        }
         refuse_damaged_carriers(
             failures
                 .iter()
                 .filter(|error| is_damaged_carrier(error))
                 .count(),
         )
+    }
+
+    /// Writes the settings of the samples, which also mark the folder as one of this verb.
+    fn write_settings(&self) -> Result<()> {
+        let settings = json!({
+            "format_version": partprobe_formats::FORMAT_VERSION,
+            "program_version": env!("CARGO_PKG_VERSION"),
+            "sample": self.config.sample,
+            "project": self.args.project,
+            "attributes": self.requested.attributes,
+            "sources": self.args.sources,
+        });
+        write_atomically(&self.args.out.join(SETTINGS), &json_document(&settings)?)?;
+        Ok(())
     }
 
     /// The sources of a shape. Without `--source`, a shape without a B-Rep has its given labels.

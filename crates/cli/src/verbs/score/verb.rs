@@ -4,10 +4,13 @@ use super::shape_file::ShapeFile;
 use crate::MISSED_BOUND;
 use crate::config::ClustererName;
 use crate::counted::counted;
+use crate::program_version::commit_or_version;
+use crate::standard_input::{STDIN_NAME, with_standard_input};
 use crate::stderr;
 use crate::stdout::{print_result, print_result_tables};
 use crate::usage::{UsageError, as_usage_error};
 use anyhow::{Context, Result, ensure};
+use partprobe_carrier::sha256_hex;
 use partprobe_cluster::ClustererSettings;
 use partprobe_dataset::{json_document, write_atomically};
 use partprobe_eval::{
@@ -33,8 +36,9 @@ const PREDICTED: &str = "predicted";
 #[command(after_help = "Examples:
   partprobe score predictions/
   partprobe score predictions/ --expect bounds.toml --junit report.xml
+  python predict.py bracket.step | partprobe score -
 
-Each <id>.npz in the folder is a shape. It contains `reference`, a label per point (a negative one is ignored), and at least one
+Each <id>.npz in the folder is a shape; one such file, or `-` for the standard input, is scored alone. It contains `reference`, a label per point (a negative one is ignored), and at least one
 of `predicted`, a cluster per point, and `embedding`, a row per point. With `points` (three coordinates per point) there is a
 boundary accuracy; `normals` then distinguish the two sides of a thin wall. Embeddings are clustered into as many clusters as the
 reference has parts. A file that cannot be scored is named, and the others are scored.
@@ -43,9 +47,9 @@ A file of bounds has lines such as `miou = \">= 0.5\"` or `\"k-means.accuracy\" 
 k-means or predicted, if there are several.
 Exit codes: 0 done, 1 no bound is missed, but a file could not be scored, 3 a bound is missed.")]
 pub(crate) struct ScoreArgs {
-    /// The folder with the files.
-    #[arg(value_name = "DIR")]
-    folder: PathBuf,
+    /// The folder with the files, or one file; `-` is the standard input.
+    #[arg(value_name = "PATH")]
+    path: PathBuf,
     /// How embeddings are clustered: k-means, average-link or modes; may be given several times.
     #[arg(long, value_name = "NAME", default_value = "k-means", value_parser = clusterer)]
     clusterer: Vec<ClustererName>,
@@ -86,22 +90,31 @@ struct FailedFile {
     reason: String,
 }
 
-/// Scores all files of the folder. The exit code shows whether a file failed or a bound is missed.
+/// Scores the file, or all files of the folder. The exit code shows whether a file failed or a bound is missed.
 ///
 /// # Errors
 /// If the folder has no files, the bounds cannot be read, or a report cannot be written.
 pub(crate) fn score(args: &ScoreArgs) -> Result<ExitCode> {
     let bounds = args.expect.as_deref().map(read_bounds).transpose();
     let bounds = bounds.map_err(as_usage_error)?.unwrap_or_default();
-    let files = npz_files(&args.folder)?;
+    // The file of the standard input exists as long as the second value.
+    let (paths, _standard_input) =
+        with_standard_input(std::slice::from_ref(&args.path), STDIN_NAME, u64::MAX - 1)?;
+    let files = npz_files(&paths[0])?;
 
-    let scored: Vec<Result<Vec<ScoreRow>>> =
-        files.par_iter().map(|file| args.rows_of(file)).collect();
+    let scored: Vec<Result<ScoredFile>> = files
+        .par_iter()
+        .map(|file| args.scored_file(file))
+        .collect();
     let mut rows = Vec::new();
     let mut failed = Vec::new();
+    let mut data = String::new();
     for (file, outcome) in files.iter().zip(scored) {
         match outcome {
-            Ok(found) => rows.extend(found),
+            Ok(found) => {
+                data.push_str(&found.sha256);
+                rows.extend(found.rows);
+            }
             Err(error) => {
                 stderr::print_line(format_args!("{}: {error:#}", file.display()));
                 failed.push(FailedFile {
@@ -122,7 +135,10 @@ pub(crate) fn score(args: &ScoreArgs) -> Result<ExitCode> {
 
     bounds.ensure_clear(&rows)?;
 
-    let tables = tables(&rows, &args.table_settings(&rows));
+    let tables = tables(
+        &rows,
+        &args.table_settings(&rows, &sha256_hex(data.as_bytes())),
+    );
     let outcomes = bounds
         .expectations
         .evaluate(&tables, &TrainingFigures::default());
@@ -166,8 +182,8 @@ impl ScoreArgs {
         outcomes.iter().try_for_each(print_result)
     }
 
-    /// The rows of one file: one for predicted clusters, and one per clusterer for embeddings.
-    fn rows_of(&self, path: &Path) -> Result<Vec<ScoreRow>> {
+    /// The scores of one file: a row for predicted clusters, and one per clusterer for embeddings.
+    fn scored_file(&self, path: &Path) -> Result<ScoredFile> {
         let bytes = fs::read(path)?;
         let file = ShapeFile::read(&bytes)?;
         let id = path
@@ -186,7 +202,10 @@ impl ScoreArgs {
                 rows.push(self.embedded_row(&id, embedded, &file, clusterer)?);
             }
         }
-        Ok(rows)
+        Ok(ScoredFile {
+            rows,
+            sha256: sha256_hex(&bytes),
+        })
     }
 
     fn embedded_row(
@@ -216,7 +235,7 @@ impl ScoreArgs {
 
     /// The settings of the tables. Bounds without a column mean the first one. Such bounds are only allowed if there is only one
     /// column.
-    fn table_settings(&self, rows: &[ScoreRow]) -> TableSettings {
+    fn table_settings(&self, rows: &[ScoreRow], data_hash: &str) -> TableSettings {
         TableSettings {
             bin_reference: REFERENCE.to_owned(),
             clusterer: rows[0].clusterer.clone(),
@@ -228,9 +247,36 @@ impl ScoreArgs {
                 seed: 0,
                 least_groups: 2,
             },
-            footer: Vec::new(),
+            footer: self.footer(rows, data_hash),
         }
     }
+
+    /// The sentences below the tables: the settings that this program knows.
+    fn footer(&self, rows: &[ScoreRow], data_hash: &str) -> Vec<String> {
+        let is_clustered = rows.iter().any(|row| row.clusterer != PREDICTED);
+        let names: Vec<&str> = self.clusterer.iter().map(|found| found.name()).collect();
+        let clustering = match is_clustered {
+            true => format!(
+                "embeddings clustered by {} with {} restarts and seed {}, K of the reference (`modes` finds its own K); ",
+                names.join(", "),
+                self.restarts,
+                self.seed
+            ),
+            false => String::new(),
+        };
+        vec![format!(
+            "The points, their normals and the training are those of the program that wrote the files; {clustering}commit {}, data {}.",
+            commit_or_version(),
+            &data_hash[..12],
+        )]
+    }
+}
+
+/// The scores of one file.
+struct ScoredFile {
+    rows: Vec<ScoreRow>,
+    /// The SHA-256 of its bytes.
+    sha256: String,
 }
 
 fn row(id: &str, clusterer: &str, found: PointScores) -> ScoreRow {
@@ -246,8 +292,11 @@ fn row(id: &str, clusterer: &str, found: PointScores) -> ScoreRow {
     }
 }
 
-/// The `.npz` files of a folder, by name.
+/// The `.npz` files of a folder, by name. A file is the only one.
 fn npz_files(folder: &Path) -> Result<Vec<PathBuf>> {
+    if folder.is_file() {
+        return Ok(vec![folder.to_owned()]);
+    }
     let entries = fs::read_dir(folder).with_context(|| format!("reading {}", folder.display()));
     let mut files = Vec::new();
     for entry in entries.map_err(as_usage_error)? {

@@ -8,7 +8,7 @@ use crate::config::{NormalConfig, SampleConfig};
 use crate::damaged_carriers::{is_damaged_carrier, refuse_damaged_carriers};
 use crate::interrupt::Interrupt;
 use crate::label_sources::listed_sources;
-use crate::output_folder::{ensure_empty, make_folder};
+use crate::own_output::OwnOutput;
 use crate::points::points_of;
 use crate::shape_choice::ChoiceArgs;
 use crate::shape_input::{DataArgs, ShapeInput, ShapeInputs};
@@ -34,6 +34,13 @@ const N_PICTURES: usize = 5;
 /// Side of one picture, in pixels.
 const PICTURE_SIZE: usize = 360;
 
+/// The files of a card.
+const OUTPUT: OwnOutput = OwnOutput {
+    verb: "sources",
+    marker: Some("sources.md"),
+    is_own: |name| ["sources.md", "sources.json"].contains(&name) || name.ends_with(".png"),
+};
+
 /// The input of a card.
 pub(crate) struct CardRequest<'a> {
     pub(crate) sources: &'a [String],
@@ -41,6 +48,8 @@ pub(crate) struct CardRequest<'a> {
     pub(crate) choice: &'a ChoiceArgs,
     pub(crate) n_points: usize,
     pub(crate) out: Option<&'a PathBuf>,
+    /// Whether the output of an earlier call is replaced.
+    pub(crate) force: bool,
     pub(crate) is_json: bool,
 }
 
@@ -52,7 +61,7 @@ pub(crate) fn source_card(request: &CardRequest<'_>) -> Result<()> {
     let sources = listed_sources(&request.data.settings()?, request.sources)?;
     request.choice.check()?;
     if let Some(out) = request.out {
-        ensure_empty(out)?;
+        OUTPUT.ensure_free(out, request.force, &request.data.paths)?;
     }
     request.data.check()?;
     let shape_args = request.data.shape_args();
@@ -67,6 +76,12 @@ pub(crate) fn source_card(request: &CardRequest<'_>) -> Result<()> {
         "no shape could be labeled by any of the sources"
     );
     if let Some(out) = request.out {
+        let _lock = OUTPUT.take(
+            out,
+            "writing a card into",
+            request.force,
+            &request.data.paths,
+        )?;
         pool.install(|| card.write(out, &tables, &shapes))?;
     }
     if request.is_json {
@@ -192,7 +207,6 @@ impl Card<'_> {
     }
 
     fn write(&self, out: &Path, tables: &CardTables, shapes: &ShapeInputs) -> Result<()> {
-        make_folder(out)?;
         write_atomically(&out.join("sources.md"), tables.to_markdown().as_bytes())?;
         write_atomically(&out.join("sources.json"), tables.to_json().as_bytes())?;
         for (number, pair) in (1..).zip(&tables.most_different) {

@@ -44,6 +44,9 @@ pub(crate) struct SourcesArgs {
     /// A folder to write the card to.
     #[arg(long, short, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Replace the output of an earlier call.
+    #[arg(long, requires = "out")]
+    force: bool,
     /// Print JSON.
     #[arg(long)]
     json: bool,
@@ -67,6 +70,7 @@ pub(crate) fn sources(args: &SourcesArgs) -> Result<()> {
             choice: &args.choice,
             n_points: args.points as usize,
             out: args.out.as_ref(),
+            force: args.force,
             is_json: args.json,
         });
     }

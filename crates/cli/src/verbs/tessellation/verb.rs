@@ -7,7 +7,7 @@ use crate::config::LabelConfig;
 use crate::interrupt::Interrupt;
 use crate::label::{InputFile, input_files};
 use crate::label_sources::listed_sources;
-use crate::output_folder::{ensure_empty, make_folder};
+use crate::own_output::OwnOutput;
 use crate::shape_choice::ChoiceArgs;
 use crate::shape_input::{DataArgs, ShapeInput, ShapeInputs};
 use crate::stderr;
@@ -55,10 +55,24 @@ pub(crate) struct TessellationArgs {
     /// A folder to write tables and pictures to.
     #[arg(long, short, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Replace the output of an earlier call.
+    #[arg(long, requires = "out")]
+    force: bool,
     /// Print one JSON object.
     #[arg(long)]
     json: bool,
 }
+
+/// The files of the verb.
+const OUTPUT: OwnOutput = OwnOutput {
+    verb: "tessellation",
+    marker: Some("tessellation.md"),
+    is_own: |name| {
+        [".md", ".csv", ".json", ".png"]
+            .iter()
+            .any(|ending| name.ends_with(ending))
+    },
+};
 
 /// Measures every shape and prints the tables.
 ///
@@ -69,7 +83,7 @@ pub(crate) fn tessellation(args: &TessellationArgs) -> Result<()> {
     args.data.check()?;
     check_surfaces(&args.data.paths)?;
     if let Some(out) = &args.out {
-        ensure_empty(out)?;
+        OUTPUT.ensure_free(out, args.force, &args.data.paths)?;
     }
     let settings = args.data.settings()?;
     let config = settings.label.clone();
@@ -108,6 +122,7 @@ pub(crate) fn tessellation(args: &TessellationArgs) -> Result<()> {
 
     let tables = agreement_tables(&measured.rows, measured.refused, study.table_settings());
     if let Some(out) = &args.out {
+        let _lock = OUTPUT.take(out, "writing tables into", args.force, &args.data.paths)?;
         pool.install(|| study.write(out, &tables, &measured.rows, &shapes))?;
     }
     if args.json {
@@ -213,7 +228,6 @@ impl Study {
         rows: &[AgreementRow],
         shapes: &ShapeInputs,
     ) -> Result<()> {
-        make_folder(out)?;
         let lines: String = rows.iter().map(AgreementRow::to_csv).collect();
         let files = [
             ("tessellation.md", tables.to_tessellation_markdown()),
