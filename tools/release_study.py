@@ -63,7 +63,7 @@ class Study:
             counts["n_faces"],
             f"{size_of(data / path for path in carriers) / 1e6:.0f} MB",
             f"{n_bytes / 1e6:.1f} MB",
-            f"{n_bytes / counts['faces']:.1f}",
+            f"{n_bytes / counts['n_faces']:.1f}",
             *(f"{one:.1f} s" for one in seconds),
             f"{equal} of {len(carriers)}" + ("" if same_index else ", but the index differs"),
         ]
