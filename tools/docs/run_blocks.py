@@ -16,6 +16,7 @@ Exit status: 1 if a block fails.
 """
 
 import argparse
+import concurrent.futures
 import os
 import pathlib
 import re
@@ -245,8 +246,9 @@ def execute(stage, place, block):
 
 
 def run_page(stage, page, blocks):
-    """Runs the blocks of a page and returns the number of failures."""
+    """Runs the blocks of a page. Returns the lines to print, and the number of failures."""
     place = stage.page_folder(page)
+    lines = []
     for block in blocks:
         if block.language == "toml":
             (place / "my.toml").write_text(block.text)
@@ -256,14 +258,13 @@ def run_page(stage, page, blocks):
     for block in blocks:
         try:
             notes = execute(stage, place, block)
-            print(f"{block.page}:{block.line}: ok", flush=True)
-            for note in notes:
-                print(f"    {note}", flush=True)
+            lines.append(f"{block.page}:{block.line}: ok")
+            lines.extend(f"    {note}" for note in notes)
         except RuntimeError as error:
-            print(f"FAILED {error}", flush=True)
+            lines.append(f"FAILED {error}")
             failed += 1
     shutil.rmtree(place)
-    return failed
+    return lines, failed
 
 
 def main():
@@ -276,7 +277,13 @@ def main():
     found = {page: blocks_of(page, (ROOT / page).read_text()) for page in wanted}
     with tempfile.TemporaryDirectory(prefix="doc-blocks-") as folder:
         stage = Stage(arguments.partprobe.resolve(), pathlib.Path(folder))
-        failed = sum(run_page(stage, page, blocks) for page, blocks in found.items() if blocks)
+        failed = 0
+        # Many commands use one core only, so two pages run at a time. Their output is printed in the order of the pages.
+        with concurrent.futures.ThreadPoolExecutor(max_workers=2) as pool:
+            outcomes = pool.map(lambda item: run_page(stage, *item), [(page, blocks) for page, blocks in found.items() if blocks])
+            for lines, n_failed in outcomes:
+                print("\n".join(lines), flush=True)
+                failed += n_failed
     total = sum(len(blocks) for blocks in found.values())
     print(f"code blocks: {total - failed} passed, {failed} failed")
     return 1 if failed or total == 0 else 0

@@ -405,30 +405,6 @@ mod tests {
     }
 
     #[test]
-    #[cfg(feature = "ndarray")]
-    fn the_ndarray_backend_agrees_with_the_default_one() {
-        for config in [
-            net(),
-            net_with(|ptv3| ptv3.norm = NormKind::Batch),
-            pointnet(),
-        ] {
-            let [flex, ndarray] = [Backend::Flex, Backend::Ndarray].map(|backend| {
-                Model::init(&config, 1, backend)
-                    .unwrap()
-                    .embed(&tokens())
-                    .unwrap()
-            });
-            let apart = flex
-                .values()
-                .iter()
-                .zip(ndarray.values())
-                .map(|(a, b)| (a - b).abs())
-                .fold(0.0, f32::max);
-            assert!(apart < 1e-4, "{apart}");
-        }
-    }
-
-    #[test]
     fn permuting_the_points_permutes_the_embeddings() {
         let sample = labeled_box(2.0, 900).sample;
         let mut turned = sample.clone();
