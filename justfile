@@ -201,6 +201,10 @@ wheel target="":
 dist *arguments:
     tools/dist/build.sh {{arguments}}
 
+# Run the program of an archive of `just dist` in a root that has only the C library: just check-dist ARCHIVE (needs unshare and chroot)
+check-dist archive:
+    tools/dist/check.sh {{archive}} "{{program}}"
+
 # Prove the scripts for Slurm and HyperQueue, with killed and repeated tasks: just prove-array OUT [DIR...] [--hq PROGRAM] (installs hyperqueue)
 prove-array out *folders: (_venv "clusters" "hyperqueue")
     cargo build --release

@@ -790,10 +790,70 @@ fn a_run_is_repeated_from_its_folder() {
 }
 
 #[test]
+fn bounds_about_what_is_not_trained_yet_are_named() {
+    let fixture = Fixture::new();
+    let config = TINY.replace(
+        r#"supervision = ["step-parts"]"#,
+        r#"supervision = ["step-parts", "normal-kmeans-20"]"#,
+    );
+    let difference = "step-parts/step-parts.miou - normal-kmeans-20/step-parts.miou";
+    let bounds = format!(
+        "[expect]\n\"{difference}\" = \">= -1\"\n\"step-parts/step-parts.miou\" = \">= 0\"\n"
+    );
+    fs::write(fixture.path("pair.toml"), config + &bounds).unwrap();
+    let train = |supervision: &str| {
+        let given = [
+            "--data",
+            "data",
+            "--supervision",
+            supervision,
+            "--out",
+            "pair",
+            "--resume",
+        ];
+        fixture.check(&[&["train", "pair.toml"][..], &given].concat(), 0, "");
+    };
+    train("step-parts");
+    let message = format!("not checked: {difference} >= -1: not all of its label sources");
+    let printed = fixture.check(&["eval", "pair"], 0, &message);
+    assert!(
+        printed.contains("holds: step-parts/step-parts.miou >= 0"),
+        "{printed}"
+    );
+    fixture.check(&["report", "pair", "--html", "pair.html"], 0, "");
+    train("normal-kmeans-20");
+    let printed = fixture.check(&["eval", "pair"], 0, "");
+    assert!(
+        printed.contains(&format!("holds: {difference} >= -1")),
+        "{printed}"
+    );
+}
+
+#[test]
 fn bounds_follow_from_several_seeds() {
     let fixture = Fixture::new();
     fixture.check(&["expect", "run"], 2, "one seed has no standard deviation");
     fixture.check(&["expect", "run", "./run"], 2, "./run is given twice");
+    for (set, message) in [
+        (r#"split.manifest="gone.jsonl""#, "split.manifest: "),
+        (
+            r#"endpoints=[{name="other", data="gone"}]"#,
+            "endpoints.other.data: ",
+        ),
+    ] {
+        let run = [
+            "run",
+            "tiny.toml",
+            "--data",
+            "data",
+            "--out",
+            "early",
+            "--set",
+            set,
+        ];
+        fixture.check(&run, 2, message);
+        assert!(!fixture.path("early").exists(), "{set}");
+    }
     let seeds = [
         "--data",
         "data",

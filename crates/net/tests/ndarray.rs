@@ -1,10 +1,13 @@
 //! Compares the CPU backend with burn-ndarray: the same weights give the same embeddings with every kind of backbone.
 #![cfg(feature = "ndarray")]
-#![allow(clippy::unwrap_used, reason = "a test that cannot build its input has failed")]
+#![allow(
+    clippy::unwrap_used,
+    reason = "a test that cannot build its input has failed"
+)]
 
 use partprobe_carrier::{PointSample, keyed_rng, unit_interval};
 use partprobe_net::{
-    Backend, BackboneConfig, LiteptConfig, Model, NetConfig, NormKind, PointnetConfig, Ptv3Config,
+    BackboneConfig, Backend, LiteptConfig, Model, NetConfig, NormKind, PointnetConfig, Ptv3Config,
     PtxConfig, Tokens, Voxels, tokenize,
 };
 

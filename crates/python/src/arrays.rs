@@ -1,7 +1,7 @@
 //! Converts the arrays of carriers and samples to NumPy arrays.
 //!
-//! NumPy gets the numbers without a copy. Integers become `int64`. Only `uint64` stays the same, because `#` numbers may not fit into
-//! `int64`.
+//! NumPy takes over the memory of an array. Integers become `int64`, so narrower ones are copied. Only `uint64` stays the same, because
+//! `#` numbers may not fit into `int64`.
 
 use numpy::{Element, PyArray1, PyArrayMethods};
 use partprobe_formats::{Array, Values};

@@ -320,9 +320,21 @@ pub(super) fn set(table: &mut Table, assignment: &str) -> Result<()> {
             })?
         }
     };
+    for name in OPEN_TABLES {
+        if above
+            .get(name)
+            .and_then(Value::as_table)
+            .is_some_and(Table::is_empty)
+        {
+            table.remove(name);
+        }
+    }
     overlay_config(table, above);
     Ok(())
 }
+
+/// Tables with keys of the user. `--set expect={}` empties one, because there is no value that would mean "no bound".
+const OPEN_TABLES: [&str; 2] = ["expect", "sources"];
 
 #[cfg(test)]
 mod tests {
@@ -335,6 +347,13 @@ mod tests {
             let again: Table = loaded.merged.parse().unwrap();
             assert_eq!(loaded.with_merged(again).unwrap().config, loaded.config);
         }
+    }
+
+    #[test]
+    fn an_empty_table_removes_all_bounds() {
+        let bounds = |set: &[String]| load("smoke", set).unwrap().config.expect.len();
+        assert!(bounds(&[]) > 0);
+        assert_eq!(bounds(&["expect={}".to_owned()]), 0);
     }
 
     #[track_caller]

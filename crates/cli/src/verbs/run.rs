@@ -73,6 +73,21 @@ impl RunArgs {
     }
 }
 
+/// Refuses the path of a manifest or of an endpoint's data set that does not exist, before anything is labeled.
+fn ensure_named_paths(config: &Config) -> Result<()> {
+    let manifest = &config.split.manifest;
+    if !manifest.is_empty() {
+        ensure_exists(Path::new(manifest))
+            .map_err(|error| UsageError(format!("split.manifest: {error}")))?;
+    }
+    for endpoint in &config.endpoints {
+        let Some(data) = &endpoint.data else { continue };
+        ensure_exists(data)
+            .map_err(|error| UsageError(format!("endpoints.{}.data: {error}", endpoint.name)))?;
+    }
+    Ok(())
+}
+
 /// Runs all stages. The exit code is 3 if an expectation is missed.
 ///
 /// # Errors
@@ -98,6 +113,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode> {
     let supervision = &loaded.config.compare.supervision;
     ensure_initial_weights(&loaded.config, supervision, &root, execution.backend)?;
     let loaded = loaded.with_absolute_paths()?;
+    ensure_named_paths(&loaded.config).map_err(|error| loaded.located(&error))?;
     let folder = RunFolder::open(&root, &loaded.merged, args.resume)?;
     let data_names = data.iter().map(|path| path.display().to_string()).collect();
     let mut timed = Stages {

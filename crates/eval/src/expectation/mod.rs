@@ -95,6 +95,25 @@ impl Expectations {
         Ok(())
     }
 
+    /// Takes out the bounds that name one of these supervisions, for example because it was not trained. Returns the other bounds,
+    /// and the keys of those that were taken out.
+    #[must_use]
+    pub fn without(self, supervisions: &[&str]) -> (Self, Vec<String>) {
+        let names_one = |expectation: &Expectation| {
+            let quantities = [&expectation.quantity]
+                .into_iter()
+                .chain(&expectation.minus);
+            let mut names = quantities.map(Quantity::supervision);
+            names.any(|name| supervisions.contains(&name))
+        };
+        let (taken, others): (Vec<Expectation>, Vec<Expectation>) =
+            self.all.into_iter().partition(names_one);
+        let keys = taken
+            .into_iter()
+            .map(|expectation| format!("{} {}", expectation.key, expectation.bound));
+        (Self { all: others }, keys.collect())
+    }
+
     /// Compares every bound with the tables of a run and the figures of its trainings.
     ///
     /// # Errors

@@ -44,6 +44,14 @@ impl Quantity {
         }
     }
 
+    /// The supervision that it is about.
+    pub(super) fn supervision(&self) -> &str {
+        match self {
+            Self::Score(score) => &score.supervision,
+            Self::Untouched(supervision) => supervision,
+        }
+    }
+
     /// The number that a run has for the quantity.
     pub(super) fn value(
         &self,

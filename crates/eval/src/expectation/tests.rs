@@ -36,6 +36,17 @@ fn tensors_that_no_gradient_reached_are_bounded() {
     );
 }
 
+#[test]
+fn bounds_about_a_missing_supervision_are_taken_out() {
+    let difference = "step-parts/step-parts.miou - ward-20/step-parts.miou";
+    let alone = "step-parts/step-parts.miou";
+    let bounds = Expectations::parse([(difference, ">= 0.1"), (alone, ">= 0.2")]).unwrap();
+    let (others, taken) = bounds.clone().without(&["ward-20"]);
+    assert_eq!(others, Expectations::parse([(alone, ">= 0.2")]).unwrap());
+    assert_eq!(taken, [format!("{difference} >= 0.1")]);
+    assert_eq!(bounds.clone().without(&[]), (bounds, Vec::new()));
+}
+
 #[track_caller]
 fn check(key: &str, bound: &str, passed: bool, shown: &str) {
     let tables = tables(&example(), &settings());

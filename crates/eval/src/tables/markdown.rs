@@ -103,6 +103,15 @@ impl Tables {
                 rows[0].clusterer
             );
             push_home_table(text, rows);
+            if rows
+                .iter()
+                .any(|row| row.differences.keys().any(Metric::is_error))
+            {
+                let _ = writeln!(
+                    text,
+                    "\nFor the count error, H below 0 is the advantage of S, because smaller errors are better."
+                );
+            }
         }
     }
 

@@ -9,7 +9,7 @@ pub(super) use faces::{FaceSource, face_members};
 use super::collisions::Collisions;
 use super::folder::RunFolder;
 use super::footer::{Normals, TestShapes, footer};
-use super::results::{checked_expectations, paper_comparison, table_settings, training_figures};
+use super::results::{outcomes, paper_comparison, table_settings};
 use super::split_file::SplitFile;
 use crate::config::{Config, load};
 use crate::scored_run::ScoredRun;
@@ -146,8 +146,7 @@ fn of_run<T>(
     // For a run of an earlier version, the page is made without the list of the shapes that were left out.
     let split = SplitFile::read(folder, &config).ok().flatten();
     let tables = stored_tables(&scored, &config, split.as_ref())?;
-    let figures = training_figures(folder, &config)?;
-    let outcomes = checked_expectations(&config)?.evaluate(&tables, &figures)?;
+    let outcomes = outcomes(folder, &config, &tables)?.outcomes;
     let summary = split.map_or_else(String::new, |split| split.selection.to_string());
     let scores = PageScores {
         tables: &tables,
