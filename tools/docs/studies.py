@@ -2,10 +2,11 @@
 
     studies.py run NAME [DATA…] --partprobe PROGRAM     measures a study and writes its block into its page
     studies.py list                                     prints one line per study: up to date, or how many commits are newer
+    studies.py plots                                    draws the plots of all blocks again
 
 Input: `docs/studies.toml`, which names the page, the commands, the configs and the code of each study; and the git history.
-Output: `run` replaces the block in the page. `list` prints the lines.
-Exit status: `list` exits with 1 only if a block is missing or cannot be read.
+Output: `run` replaces the block in the page, and draws its plots from its tables. `list` prints the lines.
+Exit status: `list` exits with 1 only if a block is missing or cannot be read, or a plot is not that of its table.
 
 A block contains the date, the commit, and the first twelve digits of the SHA-256 of its configs and of its data. `run` refuses to measure
 if the code of the study has uncommitted changes, because no commit would then identify what was measured.
@@ -21,6 +22,8 @@ import subprocess
 import sys
 import tempfile
 import tomllib
+
+import forest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 STAMP = re.compile(r"Measured on (\S+) at commit `([0-9a-f]{12})`, configs `([0-9a-f]{12})`")
@@ -121,6 +124,24 @@ def run(name, study, arguments):
     block = f"{first_line}\n\n{measured}\n"
     page.write_text(block_pattern(name).sub(lambda found: found[1] + block + found[3], page.read_text()))
     print(f"{study['page']}: the block `{name}` was written", file=sys.stderr)
+    write_plots(name, study)
+
+
+def plots_of(name, study):
+    """Yields the file and the text of each plot of a study, drawn from the tables of its block."""
+    if not study.get("plots"):
+        return
+    block = block_pattern(name).search((ROOT / study["page"]).read_text())
+    tables = list(forest.tables(block[2]))
+    for plot in study["plots"]:
+        yield ROOT / plot["file"], forest.forest(tables[plot["table"] - 1], plot["column"], plot["rows"], plot["caption"])
+
+
+def write_plots(name, study):
+    """Draws the plots of a study."""
+    for file, svg in plots_of(name, study):
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(svg)
 
 
 def overlaid(lower, upper):
@@ -194,6 +215,10 @@ def list_states(studies):
         text, ok = state_of(name, study)
         print(f"{study['page']}, {name}: {text}")
         readable &= ok
+        for file, svg in plots_of(name, study):
+            if not file.exists() or file.read_text() != svg:
+                print(f"{file.relative_to(ROOT)}: this is not the plot of its table; draw it again with `studies.py plots`")
+                readable = False
     blocks = {(page.relative_to(ROOT).as_posix(), name) for page in pages() for name in named_blocks(page)}
     for page, name in sorted(blocks - {(study["page"], name) for name, study in studies.items()}):
         print(f"{page}, {name}: this block is not in docs/studies.toml")
@@ -215,6 +240,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     verbs = parser.add_subparsers(dest="verb", required=True)
     verbs.add_parser("list")
+    verbs.add_parser("plots")
     runner = verbs.add_parser("run")
     runner.add_argument("name")
     runner.add_argument("data", nargs="*")
@@ -224,6 +250,10 @@ def main():
     studies = tomllib.loads((ROOT / "docs/studies.toml").read_text())
     if arguments.verb == "list":
         return list_states(studies)
+    if arguments.verb == "plots":
+        for name, study in studies.items():
+            write_plots(name, study)
+        return 0
     if arguments.name not in studies:
         parser.error(f"there is no study {arguments.name!r}; the studies are {', '.join(studies)}")
     return run(arguments.name, studies[arguments.name], arguments)
