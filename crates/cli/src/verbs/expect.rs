@@ -6,7 +6,7 @@ use crate::stdout::print_line;
 use crate::usage::UsageError;
 use anyhow::{Result, ensure};
 use partprobe_eval::{KBin, METRICS, Metric, ScoreRow};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
 /// Derive bounds on scores from finished runs of several seeds
@@ -93,9 +93,9 @@ pub(crate) fn expect(args: &ExpectArgs) -> Result<()> {
     Ok(())
 }
 
-/// The metrics of these names. `all` means every metric.
-fn named_metrics(names: &[String]) -> Result<Vec<Metric>> {
-    let mut metrics = Vec::new();
+/// The metrics of these names, each once: a metric that counts twice would look like two seeds that agree. `all` means every metric.
+fn named_metrics(names: &[String]) -> Result<BTreeSet<Metric>> {
+    let mut metrics = BTreeSet::new();
     for name in names {
         if name == "all" {
             metrics.extend(METRICS);
@@ -107,13 +107,13 @@ fn named_metrics(names: &[String]) -> Result<Vec<Metric>> {
                 Metric::known_names()
             ))
         };
-        metrics.push(Metric::named(name).ok_or_else(unknown)?);
+        metrics.insert(Metric::named(name).ok_or_else(unknown)?);
     }
     Ok(metrics)
 }
 
 /// Adds the means of the label sources of a run, separately for each seed, with the first clusterer of its table.
-fn add_run(run: &ScoredRun, metrics: &[Metric], means: &mut SeedMeans) {
+fn add_run(run: &ScoredRun, metrics: &BTreeSet<Metric>, means: &mut SeedMeans) {
     let Some(clusterer) = run.rows.first().map(|row| row.clusterer.as_str()) else {
         return;
     };
