@@ -38,7 +38,8 @@ def trainings(run):
 def print_hours(run):
     """Prints one row per label source: seeds, updates, hours of training, and the shapes that are learned per second."""
     ends = trainings(run)
-    stages = json.loads((run / "run.json").read_text())["stage_seconds"]
+    record = json.loads((run / "run.json").read_text())
+    stages, threads = record["stage_seconds"], record["threads"]
     print("| label source | seeds | updates per training | hours of training | shapes per second |")
     print("|---|---:|---:|---:|---:|")
     for source in dict.fromkeys(source for source, _ in ends):
@@ -47,7 +48,7 @@ def print_hours(run):
         print(f"| `{source}` | {len(own)} | {updates} | {seconds / 3600:.2f} | {shapes / seconds:.1f} |")
     of_trainings = sum(end["seconds"] for end in ends.values()) / 3600
     of_scoring = sum(seconds for stage, seconds in stages if stage == "evaluate") / 3600
-    print(f"\nAll trainings took {of_trainings:.2f} hours, and scoring took {of_scoring:.2f} hours, on one core.")
+    print(f"\nAll trainings took {of_trainings:.2f} hours, and scoring took {of_scoring:.2f} hours (threads: {threads}).")
 
 
 def write_scores(run, folder):

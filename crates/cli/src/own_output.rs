@@ -27,7 +27,7 @@ impl OwnOutput {
     /// If it is refused, is a file, or cannot be read.
     pub(crate) fn ensure_free(&self, folder: &Path, force: bool, inputs: &[PathBuf]) -> Result<()> {
         if !force {
-            return ensure_empty(folder, "choose another --out, or replace it with --force");
+            return ensure_empty(folder, "choose another folder, or replace it with --force");
         }
         if is_empty(folder)? {
             return Ok(());
@@ -134,7 +134,7 @@ mod tests {
         for name in ["a/mine.npz", "thesis.tex"] {
             fs::write(folder.join(name), "").unwrap();
         }
-        assert!(refusal(false, &[]).contains("is not empty; choose another --out, or replace"));
+        assert!(refusal(false, &[]).contains("is not empty; choose another folder, or replace"));
         assert!(refusal(true, &[]).contains("thesis.tex was not written by `embed`"));
         fs::remove_file(folder.join("thesis.tex")).unwrap();
         assert!(refusal(true, &[]).contains("has no embed.json"));

@@ -200,20 +200,20 @@ impl ShapeArgs {
             _scratch: Some(Scratch(scratch.to_owned())),
             ..ShapeInputs::default()
         };
-        let mut unlabeled = Vec::new();
         let max_bytes = config.label.max_file_mb << 20;
         let (paths, input) = with_standard_input(&self.paths, STDIN_NAME, max_bytes)?;
         sources._standard_input = input;
-        let (paths, repeated) = distinct_paths(&paths);
+        // `label` has its own rule for repeated paths of files and folders, because ids depend on how they are written.
+        let (to_label, others): (Vec<PathBuf>, Vec<PathBuf>) =
+            paths.into_iter().partition(|path| needs_labeling(path));
+        let (paths, repeated) = distinct_paths(&others);
         warn_of_repeated(&repeated);
         for path in &paths {
             if points_of_carrier(path).is_some_and(|carrier| paths.contains(&carrier)) {
                 // `*.npz` in a folder of `predict` names both files of a shape.
                 continue;
             }
-            if needs_labeling(path) {
-                unlabeled.push(path.clone());
-            } else if is_dataset(path) {
+            if is_dataset(path) {
                 sources.add_dataset(&Dataset::open(path)?);
             } else if is_predictions(path) {
                 sources.add_predictions(path)?;
@@ -222,7 +222,7 @@ impl ShapeArgs {
             }
         }
         // `label` reads meshes and clouds in a call of their own.
-        let (given, others): (Vec<PathBuf>, Vec<PathBuf>) = unlabeled
+        let (given, others): (Vec<PathBuf>, Vec<PathBuf>) = to_label
             .into_iter()
             .partition(|path| is_mesh_or_cloud(path));
         let has_both = !given.is_empty() && !others.is_empty();

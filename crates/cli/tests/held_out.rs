@@ -834,6 +834,9 @@ fn bounds_follow_from_several_seeds() {
     let fixture = Fixture::new();
     fixture.check(&["expect", "run"], 2, "one seed has no standard deviation");
     fixture.check(&["expect", "run", "./run"], 2, "./run is given twice");
+    // A metric that is named twice is not two seeds.
+    let twice = ["expect", "run", "--metrics", "miou,all,miou"];
+    fixture.check(&twice, 2, "one seed has no standard deviation");
     for (set, message) in [
         (r#"split.manifest="gone.jsonl""#, "split.manifest: "),
         (
@@ -1024,7 +1027,15 @@ fn the_page_of_a_run_is_written_again() {
         "types are known"
     );
 
-    fixture.check(&["report", "run", "--charts", "made/charts"], 0, "");
+    let charts = ["report", "run", "--charts", "made/charts"];
+    fixture.check(&charts, 0, "");
+    // Charts of two runs in one folder could not be distinguished.
+    fixture.check(
+        &charts,
+        2,
+        "is not empty; choose another folder, or replace",
+    );
+    fixture.check(&[&charts[..], &["--force"]].concat(), 0, "");
     for (chart, text) in [
         ("means", ">step-parts</text>"),
         ("numbers-of-parts", "reference parts (K)"),

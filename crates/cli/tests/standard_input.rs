@@ -129,7 +129,12 @@ fn what_cannot_be_read_is_named() {
             2,
             "`-` is the standard input, and this argument is a file or a folder",
         ),
-        ("score -", b"hello", 1, "could not be scored"),
+        (
+            "score -",
+            b"hello",
+            1,
+            "the standard input: not a readable NPZ archive",
+        ),
         (
             "config check -",
             b"base = \"probe\"\n[train]\nstepz = 3\n",

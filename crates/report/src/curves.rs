@@ -1,6 +1,6 @@
 //! Draws all numbers of the log of a run as smoothed curves.
 
-use crate::chart::{Chart, Entry, Line, LineChart, to_html};
+use crate::chart::{Chart, Entry, Line, LineChart, grid};
 use crate::html::{escaped, section};
 use crate::log_series::{LogSeries, Series};
 use crate::names::Names;
@@ -159,11 +159,8 @@ impl CurveGroup {
                 constant.join(", ")
             ),
         };
-        format!(
-            "<h3>{}</h3>\n<div class=\"charts\">{}</div>\n{always}",
-            self.heading,
-            to_html(&self.charts)
-        )
+        let charts = grid("charts", &self.charts);
+        format!("<h3>{}</h3>\n{charts}{always}", self.heading)
     }
 }
 

@@ -1,6 +1,6 @@
 //! Draws distributions: the score per shape of each trained supervision, the number of parts, and the sizes of parts.
 
-use crate::chart::{Bars, Chart, to_html};
+use crate::chart::{Bars, Chart, grid};
 use crate::html::section;
 use crate::names::Names;
 use crate::shape_digest::ShapeDigest;
@@ -13,15 +13,11 @@ const N_SCORE_BARS: usize = 20;
 
 /// The section with all histograms. It is empty without scores and shapes.
 pub(crate) fn distributions(charts: &[Chart]) -> String {
-    let body = match charts {
-        [] => String::new(),
-        charts => format!("<div class=\"charts\">{}</div>\n", to_html(charts)),
-    };
     section(
         "distributions",
         "Distributions",
         "The dashed line is the median.",
-        &body,
+        &grid("charts", charts),
     )
 }
 

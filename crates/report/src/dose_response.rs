@@ -1,6 +1,6 @@
 //! Draws the score as a function of the dose of each kind of damage, and places other label sources on these curves.
 
-use crate::chart::{Chart, Entry, Line, LineChart, to_html};
+use crate::chart::{Chart, Entry, Line, LineChart, grid};
 use crate::html::{escaped, section};
 use crate::names::Names;
 use crate::shape_scores::{MainTable, mean_of};
@@ -67,14 +67,10 @@ type Dose = (f64, DoseScore);
 
 /// The section with the charts of doses. It is empty without them.
 pub(crate) fn dose_response(charts: &[Chart], tables: &Tables) -> String {
-    let body = match charts {
-        [] => String::new(),
-        charts => format!(
-            "<div class=\"charts\">{}</div>\n{}",
-            to_html(charts),
-            placed(tables)
-        ),
-    };
+    let mut body = grid("charts", charts);
+    if !body.is_empty() {
+        body.push_str(&placed(tables));
+    }
     section(
         "dose-response",
         "Dose and response",

@@ -1,6 +1,6 @@
 //! Shows which primitive types are merged: for each type, the clusters of the points of its parts.
 
-use crate::chart::{Cells, Chart, to_html};
+use crate::chart::{Cells, Chart, grid};
 use crate::html::section;
 use crate::lost_parts::main_predictions;
 use crate::names::Names;
@@ -19,16 +19,12 @@ struct Fate {
 
 /// The section with the matrices. It is empty without them.
 pub(crate) fn type_confusion(charts: &[Chart]) -> String {
-    let body = match charts {
-        [] => String::new(),
-        charts => format!("<div class=\"charts matrices\">{}</div>\n", to_html(charts)),
-    };
     section(
         "types",
         "Which types are merged",
         "A row holds the points of all parts of a type. They are in the cluster of their own part (blue), in the cluster of another \
          part of the type above the column, or in a cluster that belongs to no part (orange). First seed, first clusterer.",
-        &body,
+        &grid("charts matrices", charts),
     )
 }
 

@@ -5,6 +5,7 @@
 
 use super::found::{Found, FoundItem};
 use super::path_text::name_text;
+use crate::given_path::entry_of;
 use crate::usage::UsageError;
 use anyhow::{Result, bail};
 use partprobe_carrier::hexadecimal;
@@ -141,23 +142,6 @@ fn depth_of(path: &Path) -> isize {
             _ => 0,
         })
         .sum()
-}
-
-/// The entry of a folder that a path names: the true path of the folder, and the name in it.
-fn entry_of(path: &Path, folders: &mut BTreeMap<PathBuf, PathBuf>) -> PathBuf {
-    let Some(name) = path.file_name() else {
-        return path.to_owned();
-    };
-    let folder = path
-        .parent()
-        .filter(|folder| !folder.as_os_str().is_empty())
-        .unwrap_or(Path::new("."));
-    let true_folder =
-        |folder: &Path| fs::canonicalize(folder).unwrap_or_else(|_| folder.to_owned());
-    folders
-        .entry(folder.to_owned())
-        .or_insert_with(|| true_folder(folder))
-        .join(name)
 }
 
 /// The long name of a source: every written component.

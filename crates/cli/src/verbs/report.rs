@@ -1,18 +1,19 @@
 //! Runs `partprobe report`: it puts the scores of several runs into one table, over the test shapes that all of them have.
 
 use crate::counted::counted;
+#[cfg(feature = "train")]
+use crate::own_output::OwnOutput;
 use crate::scored_run::ScoredRun;
 use crate::stderr;
 use crate::stdout::{print_line, print_result, print_result_tables};
 use crate::usage::UsageError;
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Result, bail, ensure};
 #[cfg(feature = "train")]
 use clap::ArgGroup;
 use partprobe_dataset::{json_document, write_atomically};
 use partprobe_eval::{Bootstrap, ScoreRow, TableSettings, Tables, tables};
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
-use std::fs;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -55,6 +56,10 @@ pub(crate) struct ReportArgs {
         group = "figures"
     )]
     charts: Option<PathBuf>,
+    /// Replace the charts of an earlier call.
+    #[cfg(feature = "train")]
+    #[arg(long, requires = "charts")]
+    force: bool,
     /// The data set of the run, if it has moved. It is needed only for runs of earlier versions, which do not contain the faces
     /// of the points.
     #[cfg(feature = "train")]
@@ -265,6 +270,14 @@ fn values_by_key(tables: &BTreeMap<&'static str, toml::Value>) -> BTreeMap<Strin
     values
 }
 
+/// The files of `--charts`. A run with scores has the first of them, which is written first.
+#[cfg(feature = "train")]
+const CHARTS: OwnOutput = OwnOutput {
+    verb: "report --charts",
+    marker: Some("means.svg"),
+    is_own: |name| name.ends_with(".svg"),
+};
+
 /// Writes the page or the charts of the named run.
 #[cfg(feature = "train")]
 fn write_figures(args: &ReportArgs) -> Result<()> {
@@ -281,7 +294,7 @@ fn write_figures(args: &ReportArgs) -> Result<()> {
     }
     if let Some(folder) = &args.charts {
         let charts = crate::run::charts_of_folder(run, data)?;
-        fs::create_dir_all(folder).with_context(|| format!("creating {}", folder.display()))?;
+        let _lock = CHARTS.take(folder, "drawing charts into", args.force, &args.runs)?;
         for chart in &charts {
             let file = folder.join(format!("{}.svg", chart.name));
             write_atomically(&file, chart.to_svg_file().as_bytes())?;

@@ -77,10 +77,7 @@ impl Expectations {
         references: &[&str],
     ) -> Result<(), ExpectationError> {
         for expectation in &self.all {
-            for quantity in [&expectation.quantity]
-                .into_iter()
-                .chain(&expectation.minus)
-            {
+            for quantity in expectation.quantities() {
                 match quantity {
                     Quantity::Score(score) => {
                         expectation.check_name(&score.supervision, supervisions)?;
@@ -96,22 +93,17 @@ impl Expectations {
     }
 
     /// Takes out the bounds that name one of these supervisions, for example because it was not trained. Returns the other bounds,
-    /// and the keys of those that were taken out.
+    /// and those that were taken out, as they were written.
     #[must_use]
     pub fn without(self, supervisions: &[&str]) -> (Self, Vec<String>) {
         let names_one = |expectation: &Expectation| {
-            let quantities = [&expectation.quantity]
-                .into_iter()
-                .chain(&expectation.minus);
-            let mut names = quantities.map(Quantity::supervision);
+            let mut names = expectation.quantities().map(Quantity::supervision);
             names.any(|name| supervisions.contains(&name))
         };
-        let (taken, others): (Vec<Expectation>, Vec<Expectation>) =
+        let (taken, all): (Vec<Expectation>, Vec<Expectation>) =
             self.all.into_iter().partition(names_one);
-        let keys = taken
-            .into_iter()
-            .map(|expectation| format!("{} {}", expectation.key, expectation.bound));
-        (Self { all: others }, keys.collect())
+        let texts = taken.iter().map(Expectation::to_string);
+        (Self { all }, texts.collect())
     }
 
     /// Compares every bound with the tables of a run and the figures of its trainings.
@@ -130,7 +122,19 @@ impl Expectations {
     }
 }
 
+/// The bound as it was written.
+impl fmt::Display for Expectation {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} {}", self.key, self.bound)
+    }
+}
+
 impl Expectation {
+    /// The quantity, and the one that is subtracted from it.
+    fn quantities(&self) -> impl Iterator<Item = &Quantity> {
+        [&self.quantity].into_iter().chain(&self.minus)
+    }
+
     fn parse(key: &str, value: &str) -> Result<Self, ExpectationError> {
         let (first, minus) = match key.split_once(" - ") {
             Some((first, minus)) => (first, Some(Quantity::parse(key, minus)?)),
@@ -172,7 +176,7 @@ impl Expectation {
         };
         let value = first - second;
         Ok(ExpectationOutcome {
-            text: format!("{} {}", self.key, self.bound),
+            text: self.to_string(),
             value,
             passed: self.bound.holds_for(value),
         })

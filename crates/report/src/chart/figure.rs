@@ -103,9 +103,13 @@ impl Chart {
     }
 }
 
-/// The figures of some charts.
-pub(crate) fn to_html(charts: &[Chart]) -> String {
-    charts.iter().map(Chart::to_html).collect()
+/// The figures of some charts in a grid of this class. It is empty without charts.
+pub(crate) fn grid(class: &str, charts: &[Chart]) -> String {
+    if charts.is_empty() {
+        return String::new();
+    }
+    let figures: String = charts.iter().map(Chart::to_html).collect();
+    format!("<div class=\"{class}\">{figures}</div>\n")
 }
 
 fn entry_width(entry: &Entry) -> f64 {

@@ -14,7 +14,7 @@ pub(crate) use bars::Bars;
 pub(crate) use cells::Cells;
 pub(crate) use drawing::{Drawing, Entry};
 pub use figure::Chart;
-pub(crate) use figure::to_html;
+pub(crate) use figure::grid;
 pub(crate) use lines::{Line, LineChart};
 pub(crate) use rows::{IntervalRow, interval_rows};
 

@@ -97,9 +97,16 @@ const OUTPUT: OwnOutput = OwnOutput {
     verb: "compare",
     marker: Some("agreement.md"),
     is_own: |name| {
-        [".md", ".csv", ".json", ".jsonl", ".svg"]
-            .iter()
-            .any(|ending| name.ends_with(ending))
+        let tables = [
+            "agreement.md",
+            "agreement.csv",
+            "agreement.json",
+            "curves.csv",
+            "shapes.csv",
+            "shapes.jsonl",
+            "refused.csv",
+        ];
+        tables.contains(&name) || name.ends_with(".svg")
     },
 };
 

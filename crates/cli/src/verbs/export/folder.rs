@@ -7,7 +7,7 @@ use crate::output_folder::{
     ensure_still_there, make_folder, remove_content, remove_if_all_unfinished, remove_if_there,
     remove_unfinished,
 };
-use crate::own_output::ensure_replaceable as ensure_replaceable_by;
+use crate::own_output::ensure_replaceable;
 use crate::shape_input::EXPORT_FILE;
 use crate::usage::UsageError;
 use anyhow::{Context, Result, bail, ensure};
@@ -44,7 +44,7 @@ impl ExportFolder {
         remove_if_all_unfinished(root)?;
         if !folder.is_empty()? {
             match replace {
-                Replace::Export(known) => ensure_replaceable(root, inputs, known)?,
+                Replace::Export(known) => ensure_is_export(root, inputs, known)?,
                 Replace::Nothing => bail!(UsageError(format!(
                     "{} is not empty; choose another --out, or replace an earlier export with --force",
                     root.display()
@@ -180,9 +180,9 @@ pub(super) enum Replace {
 }
 
 /// Refuses to replace a folder that has anything but an export, finished or not, or that has an input.
-fn ensure_replaceable(root: &Path, inputs: &[PathBuf], known: &[Outputs]) -> Result<()> {
+fn ensure_is_export(root: &Path, inputs: &[PathBuf], known: &[Outputs]) -> Result<()> {
     let inputs = inputs.iter().map(PathBuf::as_path);
-    ensure_replaceable_by(root, "export", inputs, |path| is_of_an_export(path, known))?;
+    ensure_replaceable(root, "export", inputs, |path| is_of_an_export(path, known))?;
     let settings = fs::read(root.join(EXPORT_FILE)).unwrap_or_default();
     let is_export = serde_json::from_slice::<Value>(&settings)
         .is_ok_and(|document| document["format"].is_string());

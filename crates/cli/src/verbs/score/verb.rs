@@ -5,7 +5,7 @@ use crate::MISSED_BOUND;
 use crate::config::ClustererName;
 use crate::counted::counted;
 use crate::program_version::commit_or_version;
-use crate::standard_input::{STDIN_NAME, with_standard_input};
+use crate::standard_input::{STDIN_NAME, is_standard_input, with_standard_input};
 use crate::stderr;
 use crate::stdout::{print_result, print_result_tables};
 use crate::usage::{UsageError, as_usage_error};
@@ -23,6 +23,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::slice;
 
 /// The name that is used as supervision and as reference in tables and expectations.
 const SCORED: &str = "scored";
@@ -99,7 +100,7 @@ pub(crate) fn score(args: &ScoreArgs) -> Result<ExitCode> {
     let bounds = bounds.map_err(as_usage_error)?.unwrap_or_default();
     // The file of the standard input exists as long as the second value.
     let (paths, _standard_input) =
-        with_standard_input(std::slice::from_ref(&args.path), STDIN_NAME, u64::MAX - 1)?;
+        with_standard_input(slice::from_ref(&args.path), STDIN_NAME, u64::MAX)?;
     let files = npz_files(&paths[0])?;
 
     let scored: Vec<Result<ScoredFile>> = files
@@ -116,9 +117,10 @@ pub(crate) fn score(args: &ScoreArgs) -> Result<ExitCode> {
                 rows.extend(found.rows);
             }
             Err(error) => {
-                stderr::print_line(format_args!("{}: {error:#}", file.display()));
+                let file = shown(file, &args.path);
+                stderr::print_line(format_args!("{file}: {error:#}"));
                 failed.push(FailedFile {
-                    file: file.display().to_string(),
+                    file,
                     reason: format!("{error:#}"),
                 });
             }
@@ -289,6 +291,15 @@ fn row(id: &str, clusterer: &str, found: PointScores) -> ScoreRow {
         k: found.k,
         scores: found.scores,
         group: id.to_owned(),
+    }
+}
+
+/// The name of a file in messages. That of the standard input is a copy with a path that means nothing to the user.
+fn shown(file: &Path, given: &Path) -> String {
+    if is_standard_input(given) {
+        "the standard input".to_owned()
+    } else {
+        file.display().to_string()
     }
 }
 

@@ -38,7 +38,10 @@ const PICTURE_SIZE: usize = 360;
 const OUTPUT: OwnOutput = OwnOutput {
     verb: "sources",
     marker: Some("sources.md"),
-    is_own: |name| ["sources.md", "sources.json"].contains(&name) || name.ends_with(".png"),
+    is_own: |name| {
+        ["sources.md", "sources.json"].contains(&name)
+            || (name.starts_with("different-") && name.ends_with(".png"))
+    },
 };
 
 /// The input of a card.

@@ -68,9 +68,14 @@ const OUTPUT: OwnOutput = OwnOutput {
     verb: "tessellation",
     marker: Some("tessellation.md"),
     is_own: |name| {
-        [".md", ".csv", ".json", ".png"]
-            .iter()
-            .any(|ending| name.ends_with(ending))
+        let tables = [
+            "tessellation.md",
+            "tessellation.csv",
+            "tessellation.json",
+            "shapes.csv",
+            "refused.csv",
+        ];
+        tables.contains(&name) || (name.starts_with("grid-") && name.ends_with(".png"))
     },
 };
 

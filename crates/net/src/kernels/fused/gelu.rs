@@ -112,4 +112,12 @@ mod tests {
             );
         }
     }
+
+    #[test]
+    #[cfg(feature = "ndarray")]
+    #[allow(deprecated, reason = "the backend that is not flex")]
+    fn ndarray_tensors_are_left_to_the_caller() {
+        assert!(gelu(&Tensor::zeros([2, 2], &Device::ndarray())).is_none());
+        assert!(gelu(&Tensor::zeros([2, 2], &Device::ndarray().autodiff())).is_none());
+    }
 }
